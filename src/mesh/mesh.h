@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+/* A mesh from inside. */
+#ifndef QNI_MESH_MESH_H
+#define QNI_MESH_MESH_H
+
+#include <qn/mesh.h>
+
+struct qn_mesh {
+    qn_context *context;
+    int64_t vertex_count, quad_count, triangle_count;
+    float *positions;    /* [vertex_count][3] */
+    float *normals;      /* [vertex_count][3] or NULL */
+    uint32_t *quads;     /* [quad_count][4] or NULL */
+    uint32_t *triangles; /* [triangle_count][3] or NULL */
+    char space[32];
+    char unit[16];
+};
+
+/* A mesh with room for the given counts, its arrays not yet filled; arrays of count 0 are NULL. */
+qn_status qni_mesh_alloc(qn_context *context, int64_t vertex_count, int64_t quad_count,
+                         int64_t triangle_count, bool with_normals, qn_mesh **mesh_out,
+                         qn_error *error);
+
+/* Which diagonal the MaxMin angle criterion takes: true for corners 0-2, false for 1-3. */
+bool qni_quad_splits_02(const float *positions, const uint32_t quad[4]);
+
+#endif

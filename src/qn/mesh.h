@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+/* Meshes: vertices with shared indices, quads and triangles; checks, files, pictures. */
+#ifndef QN_MESH_H
+#define QN_MESH_H
+
+#include <qn/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Plain view of a mesh: arrays it lends. Faces are wound counter-clockwise seen from outside. The face
+ * of index f is quad f for f < quad_count, else triangle f - quad_count. */
+typedef struct qn_mesh_view {
+    int64_t vertex_count;
+    int64_t quad_count;
+    int64_t triangle_count;
+    const float *positions;    /* [vertex_count][3], world units */
+    const float *normals;      /* [vertex_count][3], unit length, out of the solid; NULL when absent */
+    const uint32_t *quads;     /* [quad_count][4]; NULL when there are none */
+    const uint32_t *triangles; /* [triangle_count][3]; NULL when there are none */
+    const char *space;         /* name of the world space ("RAS"), or "" */
+    const char *unit;          /* unit of length ("mm"), or "" */
+} qn_mesh_view;
+
+typedef struct qn_mesh qn_mesh;
+
+/* Make a mesh by copying a view.
+ * QN_ERROR_INVALID_ARGUMENT  a negative count, more than 2^32 - 1 vertices, an index out of range */
+QN_API qn_status qn_mesh_create(qn_context *context, const qn_mesh_view *view, qn_mesh **mesh_out,
+                                qn_error *error);
+QN_API void qn_mesh_destroy(qn_mesh *mesh);
+/* The arrays stay valid until the mesh is changed or destroyed. */
+QN_API qn_mesh_view qn_mesh_get_view(const qn_mesh *mesh);
+
+/* Split every quad into two triangles along the diagonal that makes the smallest angle largest
+ * (the MaxMin angle criterion of [DMC21] section 5.3; ties take the diagonal from the quad's first corner). */
+QN_API qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *error);
+
+/* ---- checks ---------------------------------------------------------------------------------- */
+
+typedef struct qn_mesh_check_options {
+    size_t struct_size;
+    bool skip_intersections; /* leave out the costliest part */
+} qn_mesh_check_options;
+
+static inline void qn_mesh_check_options_init(qn_mesh_check_options *options) {
+    qn_mesh_check_options zero = {0};
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* What a mesh is. Edges are undirected pairs of vertex indices; quads count for geometry as the two
+ * triangles of their MaxMin split. Vertices that no face uses are counted and otherwise ignored. */
+typedef struct qn_mesh_report {
+    int64_t vertex_count, quad_count, triangle_count, edge_count;
+    int64_t unused_vertices;
+    int64_t boundary_edges;        /* used by one face */
+    int64_t nonmanifold_edges;     /* used by more than two faces */
+    int64_t orientation_conflicts; /* edges of two faces that both run along them the same way */
+    int64_t nonmanifold_vertices;  /* the faces round the vertex form more than one fan */
+    int64_t degenerate_faces;      /* a repeated vertex index, or no area in float coordinates */
+    int64_t duplicate_faces;       /* faces with the same set of vertices as an earlier one */
+    int64_t duplicate_positions;   /* vertices at exactly the same place as an earlier one */
+    int64_t nonfinite_vertices;
+    int64_t self_intersections;    /* pairs of triangles that meet outside shared vertices and edges; -1: not tested */
+    int64_t components;            /* connected by shared edges */
+    int64_t closed_components;
+    int64_t euler_characteristic;  /* used vertices - edges + faces */
+    int64_t genus_sum;             /* over the closed, manifold, oriented components */
+    int64_t largest_genus;
+    bool closed;                   /* no boundary edge */
+    bool manifold;                 /* no non-manifold edge or vertex */
+    bool oriented;                 /* no orientation conflict */
+    double area;                   /* square world units */
+    double volume;                 /* cubic world units, signed: positive when faces are wound outward */
+    double bounds[2][3];           /* smallest and largest coordinates of used vertices */
+    /* Shape, as in [DMC21] section 5.3: mean and least of equation (9) over the quads and of equation (8)
+     * over the triangles (when there are quads, over the triangles of their MaxMin split as well). */
+    double quad_quality_mean, quad_quality_min;
+    double triangle_quality_mean, triangle_quality_min;
+    double smallest_angle;         /* degrees, over the triangles */
+    double irregular_vertices;     /* share of inner vertices of valence other than 4 (quads) or 6 (triangles) */
+} qn_mesh_report;
+
+/* Measure a mesh. Self-intersections are found with exact predicates on the coordinates as they are.
+ * options may be NULL. */
+QN_API qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
+                               const qn_mesh_check_options *options, qn_mesh_report *report_out,
+                               qn_error *error);
+
+/* ---- files ----------------------------------------------------------------------------------- */
+
+typedef struct qn_mesh_write_options {
+    size_t struct_size;
+    char format[8];   /* "" by the file's name; "ply" "obj" "stl" "off" "glb" */
+    bool ascii;       /* PLY and STL: text instead of binary */
+    bool skip_normals;
+} qn_mesh_write_options;
+
+static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {
+    qn_mesh_write_options zero = {0};
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* Write a mesh: PLY, OBJ, STL, OFF, GLB. The file appears whole or not at all: it is written under a
+ * temporary name in the same folder and renamed. STL and GLB hold triangles only: quads are split as by
+ * qn_mesh_triangulate(). options may be NULL.
+ * QN_ERROR_OUTPUT            the folder is missing, the disk is full, no right to write
+ * QN_ERROR_INVALID_ARGUMENT  no such format; a mesh too large for the format */
+QN_API qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
+                               const qn_mesh_write_options *options, qn_error *error);
+
+/* Read a mesh: PLY, OBJ, STL, OFF (each also as .gz). Polygons of more than four corners are split into
+ * triangles; the vertices of an STL file are joined where their coordinates are equal.
+ * format: NULL or "" by the file's name and first bytes. */
+QN_API qn_status qn_mesh_read(qn_context *context, const char *path, const char *format,
+                              qn_mesh **mesh_out, qn_error *error);
+
+/* ---- pictures -------------------------------------------------------------------------------- */
+
+typedef struct qn_view_options {
+    size_t struct_size;
+    int32_t width, height;  /* pixels; 0: 800 x 600 */
+    double azimuth;         /* degrees: where the camera stands, turning about world z from +x towards +y */
+    double elevation;       /* degrees above the xy plane */
+    bool has_angles;        /* false: azimuth 40, elevation 25 */
+    double zoom;            /* 0 stands for 1: the whole mesh just fits */
+    bool edges;             /* draw the mesh's edges */
+    bool flat;              /* shade by face, not by vertex normals */
+} qn_view_options;
+
+static inline void qn_view_options_init(qn_view_options *options) {
+    qn_view_options zero = {0};
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* Draw a shaded picture of a mesh into a PNG file, with a z-buffer of its own: no display, no GPU.
+ * The back of faces is drawn in another colour, so that holes and turned faces are seen.
+ * QN_ERROR_UNSUPPORTED  built without -Dpng */
+QN_API qn_status qn_mesh_write_picture(qn_context *context, const qn_mesh *mesh, const char *path,
+                                       const qn_view_options *options, qn_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+/* The facade: a volume goes in, meshes come out. */
+#ifndef QN_SURFACE_H
+#define QN_SURFACE_H
+
+#include <qn/base.h>
+#include <qn/mesh.h>
+#include <qn/volume.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Which side of the iso-value is solid. Normals point out of the solid either way. */
+typedef enum qn_inside {
+    QN_INSIDE_ABOVE, /* density-like data (CT, fog): inside is value >= iso */
+    QN_INSIDE_BELOW  /* distance-like data: inside is value < iso */
+} qn_inside;
+
+typedef struct qn_surface_options {
+    size_t struct_size;
+    const double *isovalues; /* [isovalue_count]; borrowed for the call */
+    int32_t isovalue_count;  /* 0: the single iso-value 0 */
+    qn_inside inside;
+    bool open;               /* leave the surface open where it leaves the volume; default: closed there */
+    bool triangles;          /* split the quads (MaxMin angle) */
+    bool skip_normals;
+    bool count_only;         /* dry run: fill the reports, make no mesh */
+} qn_surface_options;
+
+static inline void qn_surface_options_init(qn_surface_options *options) {
+    qn_surface_options zero;
+    char *byte = (char *)&zero;
+    for (size_t i = 0; i < sizeof zero; ++i)
+        byte[i] = 0;
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* What happened on the way, for one iso-value. */
+typedef struct qn_surface_report {
+    double isovalue;
+    int64_t cells;             /* cells of the lattice, the virtual border layer included */
+    int64_t active_leaves;     /* 8^3 leaves with surface */
+    int64_t active_cells;      /* cells with surface */
+    int64_t ambiguous_faces;   /* faces with two crossings' pairings, each counted once a cell */
+    int64_t multiple_cells;    /* cells with two to four polygons */
+    int64_t tied_faces;        /* ambiguous faces where both pairings are equally right; the rule decides */
+    int64_t vertices, quads;
+    int64_t slice_points;      /* vertices found on a slice through the cell (no axis line met the surface) */
+    int64_t degenerate_points; /* polygons shrunk to a point, where samples equal the iso-value */
+    int64_t fallback_points;   /* vertices put on a face arc of their polygon since no slice would do */
+    int64_t zero_gradients;    /* normals taken from the polygon since the gradient vanishes there */
+    int64_t nan_samples, infinite_samples;
+    int64_t output_bytes;      /* memory of the mesh */
+    int64_t scratch_bytes;     /* most memory held beside it */
+    double seconds_classify, seconds_emit, seconds_total;
+} qn_surface_report;
+
+/* Extract the surfaces { p : volume(p) = iso } of the trilinear interpolant as consistently oriented quad
+ * meshes, by dual marching cubes; closed at the volume's border unless options->open.
+ *
+ * volume      borrowed for the call.
+ * options     NULL for defaults.
+ * meshes_out  [isovalue_count], receives new meshes, each to be freed with qn_mesh_destroy(); all NULL on any
+ *             failure and with count_only. An iso-value without surface gives an empty mesh, not an error.
+ * reports_out [isovalue_count], or NULL.
+ *
+ * Closing: one virtual layer of samples lies outside the volume's border and carries each border sample's
+ * value mirrored at the iso-value to the outside, so caps stand half a voxel beyond the outermost samples: a voxel is
+ * taken as the box round its sample. With open, boundary edges lie within the outermost cells.
+ *
+ * Non-finite samples: NaN is outside; +infinity is above, -infinity below the iso-value; for the place of the
+ * surface next to them their distance to the iso-value is taken as the largest among the finite samples. All are
+ * counted in the report.
+ *
+ * The result is the same, bit for bit, for every thread count.
+ *
+ * QN_ERROR_INVALID_ARGUMENT   a non-finite iso-value, an unset struct_size
+ * QN_ERROR_OUT_OF_MEMORY      the allocator returned NULL; or more than 2^32 - 1 vertices
+ * QN_ERROR_CANCELLED          the progress callback asked to stop
+ *
+ * Source: Grosso and Zint, "A parallel dual marching cubes approach to quad only surface reconstruction", 2021,
+ * section 3 [DMC21]. Departures (no hash tables, vertices found without sampling, one face rule): docs/architecture.md. */
+QN_API qn_status qn_surface(qn_context *context, const qn_volume *volume,
+                            const qn_surface_options *options, qn_mesh **meshes_out,
+                            qn_surface_report *reports_out, qn_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

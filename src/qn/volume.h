@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+/* Volumes: scalar samples on a regular lattice with an affine map from sample index to world. */
+#ifndef QN_VOLUME_H
+#define QN_VOLUME_H
+
+#include <qn/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Scalar types: name, C type, text as in --dtype. */
+#define QN_SCALAR_MAP(X)                                                                           \
+    X(U8, uint8_t, "u8")                                                                           \
+    X(I8, int8_t, "i8")                                                                            \
+    X(U16, uint16_t, "u16")                                                                        \
+    X(I16, int16_t, "i16")                                                                         \
+    X(U32, uint32_t, "u32")                                                                        \
+    X(I32, int32_t, "i32")                                                                         \
+    X(F32, float, "f32")                                                                           \
+    X(F64, double, "f64")
+
+typedef enum qn_scalar {
+#define QN_SCALAR_ENUM(name, type, text) QN_##name,
+    QN_SCALAR_MAP(QN_SCALAR_ENUM) QN_SCALAR_COUNT
+#undef QN_SCALAR_ENUM
+} qn_scalar;
+
+QN_API size_t qn_scalar_size(qn_scalar scalar);      /* bytes a sample; 0 for no such type */
+QN_API const char *qn_scalar_name(qn_scalar scalar); /* "u8" ... "f64" */
+
+/* A dense grid of samples. The sample of index (i, j, k) lies at
+ * (char *)samples + i * stride[0] + j * stride[1] + k * stride[2]; its value is
+ * slope * stored + intercept; its place is index_to_world * (i, j, k, 1), row by row, so that
+ * index_to_world[0] gives the world x. A sample is a point; nothing is shifted by half a voxel. */
+typedef struct qn_grid {
+    const void *samples;
+    qn_scalar scalar;
+    bool swapped;                   /* stored in the other byte order than this machine's */
+    int64_t size[3];                /* samples along x, y, z; each at least 1 */
+    int64_t stride[3];              /* bytes, may be negative; all 0: packed, x fastest */
+    double slope;                   /* 0 stands for 1 */
+    double intercept;
+    double index_to_world[4][4];    /* all 0 stands for the identity; the last row must be 0 0 0 1 */
+    char space[32];                 /* name of the world space ("RAS"), or empty */
+    char unit[16];                  /* unit of length ("mm"), or empty */
+} qn_grid;
+
+typedef struct qn_volume qn_volume;
+
+/* Called once when an owned volume's samples are no longer needed, on the destroying thread. */
+typedef void (*qn_release)(void *user, const void *samples);
+
+/* Make a volume of a grid. The samples are never copied: with release == NULL they are borrowed and
+ * must outlive the volume; else the volume owns them and calls `release` once, on success only.
+ *
+ * QN_ERROR_INVALID_ARGUMENT  a size below 1 or beyond 2^31 - 16, a product that overflows 64 bit, a
+ *                            matrix that is not finite or not invertible, a slope that is not finite
+ * QN_ERROR_OUT_OF_MEMORY */
+QN_API qn_status qn_volume_create(qn_context *context, const qn_grid *grid, qn_release release,
+                                  void *release_user, qn_volume **volume_out, qn_error *error);
+QN_API void qn_volume_destroy(qn_volume *volume);
+
+/* The grid of a volume, with strides, slope and matrix filled in. Valid while the volume lives. */
+QN_API const qn_grid *qn_volume_grid(const qn_volume *volume);
+
+/* Which of a NIfTI file's transforms to use. AUTO: the one with the higher code, sform on ties. */
+typedef enum qn_transform_choice {
+    QN_TRANSFORM_AUTO,
+    QN_TRANSFORM_SFORM,
+    QN_TRANSFORM_QFORM,
+    QN_TRANSFORM_PIXDIM
+} qn_transform_choice;
+
+/* What a file without a header needs told, or what shall replace the header's word. */
+typedef struct qn_volume_read_options {
+    size_t struct_size;
+    char format[16];        /* "" by the file's name and first bytes; "nifti" "nrrd" "metaimage" "npy" "raw" */
+    int64_t raw_size[3];    /* raw: samples along x, y, z */
+    qn_scalar raw_scalar;   /* raw: type of a sample */
+    bool raw_big_endian;    /* raw: byte order of a sample */
+    int64_t raw_header;     /* raw: bytes to skip before the first sample (after unpacking gzip) */
+    bool has_spacing;       /* replace the header's spacing, keep its directions */
+    double spacing[3];
+    bool has_origin;        /* replace the header's world position of sample (0, 0, 0) */
+    double origin[3];
+    qn_transform_choice transform;
+} qn_volume_read_options;
+
+static inline void qn_volume_read_options_init(qn_volume_read_options *options) {
+    qn_volume_read_options zero;
+    char *byte = (char *)&zero;
+    for (size_t i = 0; i < sizeof zero; ++i)
+        byte[i] = 0;
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* Read a volume file: NIfTI-1/2 (.nii .nii.gz .hdr), NRRD (.nrrd .nhdr), MetaImage (.mha .mhd),
+ * NumPy (.npy), raw (.raw .raw.gz and any other name, with options). options may be NULL.
+ *
+ * QN_ERROR_INPUT             no such file, not of a known format, truncated, or a header that makes no sense;
+ *                            the message names the file, what was found and what to do
+ * QN_ERROR_INVALID_ARGUMENT  options that contradict each other, or a raw file without its shape
+ * QN_ERROR_OUT_OF_MEMORY, QN_ERROR_UNSUPPORTED (NIfTI without -Dnifti) */
+QN_API qn_status qn_volume_read(qn_context *context, const char *path,
+                                const qn_volume_read_options *options, qn_volume **volume_out,
+                                qn_error *error);
+/* The format a volume was read from ("nifti", "nrrd" ...), "" for one made from a grid. */
+QN_API const char *qn_volume_format(const qn_volume *volume);
+
+enum { QN_HISTOGRAM_BINS = 256, QN_SUGGESTION_COUNT = 3 };
+
+/* What the samples hold. Values are after slope and intercept. */
+typedef struct qn_volume_statistics {
+    int64_t sample_count;
+    int64_t nan_count;
+    int64_t infinite_count;
+    double minimum, maximum, mean; /* of the finite samples; NaN when there are none */
+    int64_t histogram[QN_HISTOGRAM_BINS]; /* equal bins from minimum to maximum */
+    /* Iso-values worth trying, ascending, by Otsu's thresholds of the histogram, placed off the stored
+     * integers' values so that no sample ties; `suggested` is the one to start with. */
+    double suggestions[QN_SUGGESTION_COUNT];
+    int32_t suggestion_count;
+    double suggested;
+} qn_volume_statistics;
+
+QN_API qn_status qn_volume_get_statistics(qn_context *context, const qn_volume *volume,
+                                          qn_volume_statistics *statistics_out, qn_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
