@@ -1,12 +1,54 @@
 // SPDX-License-Identifier: MIT
-/* The facade: checks the options, runs the surfacer, owns progress; contains no numerics. */
+/* The facade: checks the options, runs the surfacer for each iso-value; contains no numerics. */
 #include <qn/surface.h>
 #include "core/status.h"
+#include "dmc/dmc.h"
+
+static qn_status one_isovalue(qn_context *context, const qn_volume *volume, double isovalue,
+                              const qn_surface_options *options, qn_mesh **mesh_out,
+                              qn_surface_report *report, qn_error *error) {
+    QN_TRY(qni_dmc_surface(context, volume, isovalue, options, mesh_out, report, error));
+    if (*mesh_out && options->triangles)
+        QN_TRY(qn_mesh_triangulate(context, *mesh_out, error));
+    return QN_OK;
+}
+
+static qn_status check_options(const qn_surface_options *options, qn_mesh **meshes_out, qn_error *error) {
+    QNI_CHECK_OPTIONS(options, "qn_surface_options_init", error);
+    if (options->isovalue_count < 0 || (options->isovalue_count > 0 && !options->isovalues))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "isovalue_count does not go with isovalues");
+    if (!meshes_out && !options->count_only)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "meshes_out may be NULL only with count_only");
+    return QN_OK;
+}
 
 qn_status qn_surface(qn_context *context, const qn_volume *volume,
                      const qn_surface_options *options, qn_mesh **meshes_out,
                      qn_surface_report *reports_out, qn_error *error) {
-    (void)context, (void)volume, (void)meshes_out, (void)reports_out;
-    QNI_CHECK_OPTIONS(options, "qn_surface_options_init", error);
-    return qni_fail(error, QN_ERROR_UNSUPPORTED, "no surfacer is built in yet");
+    static const double zero = 0;
+    qn_surface_options defaults;
+    qn_surface_options_init(&defaults);
+    options = options ? options : &defaults;
+    QN_TRY(check_options(options, meshes_out, error));
+    const int32_t count = options->isovalue_count ? options->isovalue_count : 1;
+    const double *isovalues = options->isovalue_count ? options->isovalues : &zero;
+    for (int32_t n = 0; meshes_out && n < count; ++n)
+        meshes_out[n] = NULL;
+    for (int32_t n = 0; n < count; ++n) {
+        qn_surface_report report;
+        qn_mesh *mesh = NULL;
+        qn_status status = one_isovalue(context, volume, isovalues[n], options, &mesh, &report, error);
+        if (meshes_out)
+            meshes_out[n] = mesh;
+        if (status != QN_OK) {
+            for (int32_t m = 0; meshes_out && m <= n; ++m) {
+                qn_mesh_destroy(meshes_out[m]);
+                meshes_out[m] = NULL;
+            }
+            return status;
+        }
+        if (reports_out)
+            reports_out[n] = report;
+    }
+    return QN_OK;
 }

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+/* Pass 1 of DMC: which leaves and cells carry surface, how many vertices and quads each will give. Only ambiguous
+ * cells look at sample values here; all else is bit work on the signs. */
+#include "dmc/dmc.h"
+#include "dmc/cell_hd.h"
+#include "dmc/extent.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* One thread's room. Multiple cells of the row at hand are gathered here first. */
+typedef struct worker {
+    qni_scan scan;
+    qni_multi_cell *multis;
+    int64_t multi_count, multi_capacity;
+    qni_dmc_tally tally;
+    uint8_t simple[256]; /* qni_case_is_simple(), looked up */
+    bool failed;
+} worker;
+
+static bool reserve_multis(qn_context *context, worker *w) {
+    int64_t wanted = w->multi_count + QNI_LEAF * QNI_LEAF * QNI_LEAF;
+    if (wanted <= w->multi_capacity)
+        return true;
+    int64_t capacity = 2 * wanted;
+    qni_multi_cell *grown = qni_realloc(context, w->multis, w->multi_capacity, capacity, sizeof *grown);
+    if (!grown)
+        return false;
+    w->multis = grown;
+    w->multi_capacity = capacity;
+    return true;
+}
+
+/* A cell whose polygons are not known from its signs alone. */
+static int resolve_cell(const qni_field *field, const int64_t at[3], int case_index, worker *w, int *entry) {
+    if (qni_case_ambiguous_faces(case_index) == 0) {
+        *entry = qni_case_offset(case_index);
+    } else {
+        double d[8];
+        for (int c = 0; c < 8; ++c)
+            d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
+        qni_cell_choice choice = qni_cell_resolve(d, case_index);
+        w->tally.ambiguous_faces += choice.ambiguous;
+        w->tally.tied_faces += choice.tied;
+        *entry = choice.entry;
+    }
+    return qni_entry_polygons(*entry);
+}
+
+/* The multiple cells of one slice; returns the vertices they add beyond one each. */
+static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9], const int64_t leaf_at[3],
+                              int z, uint64_t active, int extra, worker *w) {
+    for (uint64_t rest = active; rest; rest &= rest - 1) {
+        int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3, entry;
+        int case_index = qni_case_of_cell(signs, x, y, z);
+        if (w->simple[case_index])
+            continue;
+        int64_t at[3] = {leaf_at[0] + x, leaf_at[1] + y, leaf_at[2] + z};
+        int polygons = resolve_cell(field, at, case_index, w, &entry);
+        if (polygons < 2)
+            continue;
+        qni_multi_cell multi = {(uint16_t)(bit + 64 * z), (uint16_t)extra, (uint16_t)entry};
+        w->multis[w->multi_count++] = multi;
+        extra += polygons - 1;
+    }
+    return extra;
+}
+
+static void count_leaf(const qni_field *field, const int32_t leaf[3], worker *w, qni_dmc_row *row,
+                       qni_dmc_leaf *out) {
+    uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
+    qni_leaf_masks masks;
+    const qni_leaf_extent extent = qni_leaf_extent_of(field, leaf);
+    const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF, (int64_t)leaf[2] * QNI_LEAF};
+    qni_scan_leaf(&w->scan, leaf[0], signs);
+    qni_leaf_masks_init(signs, &masks);
+    out->x = leaf[0];
+    out->vertex_base = (uint32_t)row->vertex_count;
+    out->quad_base = (uint32_t)row->quad_count;
+    out->multi_base = (uint32_t)w->multi_count;
+    int cells = 0, extra = 0, quads = 0;
+    for (int z = 0; z < QNI_LEAF; ++z) {
+        out->active[z] = qni_active_of_slice(&masks, &extent, z);
+        out->before_slice[z] = (uint16_t)cells;
+        cells += __builtin_popcountll(out->active[z]);
+        extra = count_slice_extras(field, signs, at, z, out->active[z], extra, w);
+        for (int axis = 0; axis < 3; ++axis)
+            quads += __builtin_popcountll(qni_quads_of_slice(&masks, &extent, axis, z));
+    }
+    out->multi_count = (uint16_t)(w->multi_count - out->multi_base);
+    row->vertex_count += cells + extra;
+    row->quad_count += quads;
+    w->tally.active_cells += cells;
+    w->tally.multiple_cells += out->multi_count;
+}
+
+static int64_t count_mixed(const qni_field *field, const qni_scan *scan) {
+    int64_t count = 0;
+    for (int64_t x = 0; x < field->leaves[0]; ++x)
+        count += qni_scan_is_mixed(scan, x);
+    return count;
+}
+
+static bool count_row(qni_dmc *dmc, int64_t index, worker *w) {
+    qni_dmc_row *row = dmc->rows + index;
+    int32_t leaf[3];
+    qni_field_scan_row(&dmc->field, index, &w->scan);
+    int64_t mixed = count_mixed(&dmc->field, &w->scan);
+    w->multi_count = 0;
+    if (mixed == 0)
+        return true;
+    row->leaves = qni_alloc(dmc->context, mixed, sizeof *row->leaves);
+    if (!row->leaves)
+        return false;
+    row->leaf_count = (int32_t)mixed;
+    qni_field_row_leaf(&dmc->field, index, leaf + 1);
+    int64_t n = 0;
+    for (int64_t x = 0; x < dmc->field.leaves[0]; ++x) {
+        if (!qni_scan_is_mixed(&w->scan, x))
+            continue;
+        if (!reserve_multis(dmc->context, w))
+            return false;
+        leaf[0] = (int32_t)x;
+        count_leaf(&dmc->field, leaf, w, row, row->leaves + n++);
+    }
+    if (row->vertex_count > UINT32_MAX || row->quad_count > UINT32_MAX)
+        return false;
+    if (w->multi_count) {
+        row->multis = qni_alloc(dmc->context, w->multi_count, sizeof *row->multis);
+        if (!row->multis)
+            return false;
+        row->multi_count = (int32_t)w->multi_count;
+        memcpy(row->multis, w->multis, (size_t)w->multi_count * sizeof *row->multis);
+    }
+    return true;
+}
+
+void qni_dmc_free_rows(qni_dmc *dmc) {
+    for (int64_t r = 0; dmc->rows && r < dmc->row_count; ++r) {
+        qni_dmc_row *row = dmc->rows + r;
+        qni_free(dmc->context, row->leaves, row->leaf_count, sizeof *row->leaves);
+        qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
+    }
+    qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);
+    dmc->rows = NULL;
+}
+
+static void add_tally(qni_dmc_tally *sum, const qni_dmc_tally *part) {
+    sum->active_cells += part->active_cells;
+    sum->ambiguous_faces += part->ambiguous_faces;
+    sum->tied_faces += part->tied_faces;
+    sum->multiple_cells += part->multiple_cells;
+}
+
+static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
+    for (int32_t t = 0; workers && t < threads; ++t) {
+        if (workers[t].scan.bits)
+            qni_scan_destroy(dmc->context, &dmc->field, &workers[t].scan);
+        qni_free(dmc->context, workers[t].multis, workers[t].multi_capacity, sizeof *workers[t].multis);
+    }
+    qni_free(dmc->context, workers, threads, sizeof *workers);
+}
+
+static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
+    worker *workers = qni_alloc_zero(dmc->context, threads, sizeof *workers);
+    if (!workers) {
+        qni_fail_memory(error, "the worker threads");
+        return NULL;
+    }
+    for (int32_t t = 0; t < threads; ++t) {
+        if (qni_scan_create(dmc->context, &dmc->field, &workers[t].scan, error) != QN_OK) {
+            destroy_workers(dmc, workers, threads);
+            return NULL;
+        }
+        for (int c = 0; c < 256; ++c)
+            workers[t].simple[c] = (uint8_t)qni_case_is_simple(c);
+    }
+    return workers;
+}
+
+/* Rows in slabs, so that progress is told and cancelling is heard on the calling thread. */
+static qn_status count_rows(qni_dmc *dmc, worker *workers, int32_t threads, qn_error *error) {
+    const int64_t slab = 256;
+    for (int64_t from = 0; from < dmc->row_count; from += slab) {
+        int64_t end = from + slab < dmc->row_count ? from + slab : dmc->row_count;
+        if (qni_progress(dmc->context, "classify", (double)from / (double)dmc->row_count))
+            return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
+#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
+        for (int64_t r = from; r < end; ++r) {
+            worker *w = workers + qni_thread_index();
+            if (!w->failed && !count_row(dmc, r, w))
+                w->failed = true;
+        }
+        for (int32_t t = 0; t < threads; ++t)
+            if (workers[t].failed)
+                return qni_fail_memory(error, "the leaves with surface");
+    }
+    return QN_OK;
+}
+
+static void assign_bases(qni_dmc *dmc) {
+    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = 0;
+    for (int64_t r = 0; r < dmc->row_count; ++r) {
+        qni_dmc_row *row = dmc->rows + r;
+        row->vertex_base = dmc->vertex_count;
+        row->quad_base = dmc->quad_count;
+        dmc->vertex_count += row->vertex_count;
+        dmc->quad_count += row->quad_count;
+        dmc->leaf_count += row->leaf_count;
+    }
+}
+
+qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error) {
+    const int32_t threads = qn_context_threads(dmc->context);
+    dmc->row_count = qni_field_row_count(&dmc->field);
+    dmc->rows = qni_alloc_zero(dmc->context, dmc->row_count, sizeof *dmc->rows);
+    if (!dmc->rows)
+        return qni_fail_memory(error, "the rows of leaves");
+    worker *workers = create_workers(dmc, threads, error);
+    if (!workers)
+        return QN_ERROR_OUT_OF_MEMORY;
+    qn_status status = count_rows(dmc, workers, threads, error);
+    bool met_nonfinite = false;
+    qni_dmc_note_memory(dmc, 0);
+    memset(&dmc->tally, 0, sizeof dmc->tally);
+    for (int32_t t = 0; t < threads; ++t) {
+        add_tally(&dmc->tally, &workers[t].tally);
+        met_nonfinite = met_nonfinite || workers[t].scan.met_nonfinite;
+    }
+    destroy_workers(dmc, workers, threads);
+    if (status != QN_OK)
+        return status;
+    if (met_nonfinite) {
+        /* Only now is it known that the rule for non-finite samples is needed: measure, and begin again. */
+        qni_dmc_free_rows(dmc);
+        qni_field_measure_nonfinite(dmc->context, &dmc->field);
+        return qni_dmc_count(dmc, error);
+    }
+    assign_bases(dmc);
+    return QN_OK;
+}

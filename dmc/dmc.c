@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+/* Dual Marching Cubes for one iso-value: count, allocate exactly, emit ([DMC21] section 3; order: docs/architecture.md). */
+#include "dmc/dmc.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+
+#include <string.h>
+
+void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes) {
+    const int64_t beside = qn_context_memory(dmc->context).current_bytes - dmc->held_before - mesh_bytes;
+    dmc->scratch_bytes = beside > dmc->scratch_bytes ? beside : dmc->scratch_bytes;
+}
+
+static int64_t bytes_of_mesh(const qni_dmc *dmc, bool with_normals) {
+    return dmc->vertex_count * (with_normals ? 24 : 12) + dmc->quad_count * 16;
+}
+
+static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report *report) {
+    const qni_dmc_tally *tally = &dmc->tally;
+    const int64_t *cells = dmc->field.cells;
+    report->isovalue = dmc->field.isovalue;
+    report->cells = cells[0] * cells[1] * cells[2];
+    report->active_leaves = dmc->leaf_count;
+    report->active_cells = tally->active_cells;
+    report->ambiguous_faces = tally->ambiguous_faces;
+    report->multiple_cells = tally->multiple_cells;
+    report->tied_faces = tally->tied_faces;
+    report->vertices = dmc->vertex_count;
+    report->quads = dmc->quad_count;
+    report->slice_points = tally->slice_points;
+    report->degenerate_points = tally->degenerate_points;
+    report->fallback_points = tally->fallback_points;
+    report->zero_gradients = tally->zero_gradients;
+    report->nan_samples = dmc->field.nan_count;
+    report->infinite_samples = dmc->field.infinite_count;
+    report->scratch_bytes = dmc->scratch_bytes;
+    report->output_bytes = bytes_of_mesh(dmc, with_normals);
+}
+
+static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals, qn_mesh **mesh_out,
+                           qn_error *error) {
+    qn_mesh *mesh;
+    QN_TRY(qni_mesh_alloc(dmc->context, dmc->vertex_count, dmc->quad_count, 0, with_normals, &mesh, error));
+    memcpy(mesh->space, grid->space, sizeof mesh->space);
+    memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
+    qn_status status = qni_dmc_emit(dmc, mesh, error);
+    if (status != QN_OK) {
+        qn_mesh_destroy(mesh);
+        return status;
+    }
+    *mesh_out = mesh;
+    return QN_OK;
+}
+
+static bool needs_measuring(const qni_field *field) {
+    return !field->direct && (field->grid->scalar == QN_F32 || field->grid->scalar == QN_F64);
+}
+
+qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,
+                          const qn_surface_options *options, qn_mesh **mesh_out,
+                          qn_surface_report *report, qn_error *error) {
+    qni_dmc dmc = {.context = context, .held_before = qn_context_memory(context).current_bytes};
+    const bool with_normals = !options->skip_normals;
+    const double start = qni_seconds();
+    *mesh_out = NULL;
+    memset(report, 0, sizeof *report);
+    QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open, &dmc.field, error));
+    if (needs_measuring(&dmc.field))
+        qni_field_measure_nonfinite(context, &dmc.field);
+    qn_status status = qni_dmc_count(&dmc, error);
+    const double counted = qni_seconds();
+    if (status == QN_OK && !options->count_only)
+        status = make_mesh(&dmc, qn_volume_grid(volume), with_normals, mesh_out, error);
+    if (status == QN_OK)
+        fill_report(&dmc, with_normals, report);
+    qni_dmc_free_rows(&dmc);
+    report->seconds_classify = counted - start;
+    report->seconds_emit = qni_seconds() - counted;
+    report->seconds_total = qni_seconds() - start;
+    return status;
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+/* Dual Marching Cubes on uniform 8^3 leaves: count what each leaf will give, then write it in place. */
+#ifndef QNI_DMC_DMC_H
+#define QNI_DMC_DMC_H
+
+#include <qn/surface.h>
+#include "mesh/mesh.h"
+#include "volume/field.h"
+
+/* A cell with several polygons: where it is, what it adds, which table entry says how its edges belong together. */
+typedef struct qni_multi_cell {
+    uint16_t cell;         /* x + 8 y + 64 z in its leaf */
+    uint16_t extra_before; /* vertices beyond one a cell, of the leaf's multiple cells before it */
+    uint16_t entry;        /* of cases_hd.h */
+} qni_multi_cell;
+
+/* A leaf with surface. Bases count from the start of its row of leaves. */
+typedef struct qni_dmc_leaf {
+    uint64_t active[QNI_LEAF];      /* cells with surface, by slice */
+    uint16_t before_slice[QNI_LEAF]; /* active cells in lower slices */
+    int32_t x;                      /* leaf coordinate in its row */
+    uint32_t vertex_base, quad_base, multi_base;
+    uint16_t multi_count;
+} qni_dmc_leaf;
+
+typedef struct qni_dmc_row {
+    qni_dmc_leaf *leaves; /* ascending x */
+    qni_multi_cell *multis;
+    int32_t leaf_count, multi_count;
+    int64_t vertex_count, quad_count;
+    int64_t vertex_base, quad_base; /* in the mesh */
+} qni_dmc_row;
+
+/* Counters of what the values decided; summed over rows, so no order matters. */
+typedef struct qni_dmc_tally {
+    int64_t active_cells, ambiguous_faces, tied_faces, multiple_cells;
+    int64_t slice_points, degenerate_points, fallback_points, zero_gradients;
+} qni_dmc_tally;
+
+typedef struct qni_dmc {
+    qn_context *context;
+    qni_field field;
+    qni_dmc_row *rows;
+    int64_t row_count;
+    int64_t vertex_count, quad_count, leaf_count;
+    int64_t held_before;   /* bytes the context held when the work began */
+    int64_t scratch_bytes; /* most bytes held beside that and the mesh */
+    qni_dmc_tally tally;
+} qni_dmc;
+
+/* Pass 1 (count.c): fill rows. Pass 2 (emit.c): write the mesh. Both are parallel over rows of leaves. */
+qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error);
+qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error);
+void qni_dmc_free_rows(qni_dmc *dmc);
+/* Note what is held now, of which `mesh_bytes` are output. */
+void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes);
+
+/* One iso-value, both passes. `mesh_out` stays NULL with options->count_only. */
+qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,
+                          const qn_surface_options *options, qn_mesh **mesh_out,
+                          qn_surface_report *report_out, qn_error *error);
+
+/* ---- the inner loops, built for several instruction sets and chosen at run time (kernel.c) ----- */
+
+enum { QNI_LANES = 8, QNI_STENCIL = 32 };
+
+/* Vertices of QNI_LANES single-polygon cells at once. */
+typedef struct qni_point_batch {
+    double stencil[QNI_STENCIL][QNI_LANES]; /* values at and round the cells' corners; order: see kernel.c */
+    double cell[3][QNI_LANES];              /* lattice point of the cells' lowest corners */
+    double local[3][QNI_LANES];             /* out: where the vertex is in its cell */
+    double distance[QNI_LANES];             /* out: 2 when no axis line met the surface */
+    float position[3][QNI_LANES];           /* out: world */
+    float normal[3][QNI_LANES];             /* out: unit length, or not finite */
+} qni_point_batch;
+
+/* Lattice to world for points, and for gradients with the sign that turns them outward. */
+typedef struct qni_frame {
+    double world[3][4];
+    double normal[3][3];
+} qni_frame;
+
+typedef void (*qni_point_kernel)(qni_point_batch *batch, const qni_frame *frame);
+
+/* The same bits whichever is chosen: each lane is plain IEEE arithmetic. */
+qni_point_kernel qni_choose_point_kernel(void);
+
+/* Position and normal of one vertex from its cell's stencil and its local place. */
+void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], const double local[3],
+                     const qni_frame *frame, float position[3], float normal[3]);
+
+#endif

@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: MIT
+/* Pass 2 of DMC: every leaf writes its vertices and quads to the places that pass 1 counted out. Order of vertices:
+ * leaf, cell, polygon; of quads: leaf, axis of the edge, cell. So no thread waits for another, and all give the same. */
+#include "dmc/dmc.h"
+#include "dmc/cell_hd.h"
+#include "dmc/extent.h"
+#include "dmc/vertex_hd.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+
+#include <math.h>
+#include <string.h>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+enum { IDS = QNI_LEAF + 1, NO_ENTRY = 0xffff };
+
+/* Vertices of the cells of a leaf and of its lower neighbours: [z + 1][y + 1][x + 1]. */
+typedef struct leaf_ids {
+    uint32_t first[IDS][IDS][IDS];  /* the cell's first vertex */
+    uint16_t entry[IDS][IDS][IDS];  /* table entry of multiple cells, else NO_ENTRY; valid if `any_multi` */
+    bool any_multi;
+} leaf_ids;
+
+typedef struct worker {
+    double tile[QNI_TILE][QNI_TILE][QNI_TILE];
+    qni_point_batch batch;
+    int64_t batch_vertex[QNI_LANES]; /* where in the mesh each lane goes */
+    int32_t batch_case[QNI_LANES];
+    int32_t batch_count;
+    uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
+    qni_leaf_masks masks;
+    leaf_ids ids;
+    qni_dmc_tally tally;
+} worker;
+
+/* What all leaves share. */
+typedef struct emission {
+    const qni_dmc *dmc;
+    qn_mesh *mesh;
+    qni_frame frame;
+    qni_point_kernel kernel;
+    bool reverse; /* wind quads the other way round */
+} emission;
+
+/* ---- vertices -------------------------------------------------------------------------------- */
+
+static void gather_stencil(const double (*tile)[QNI_TILE][QNI_TILE], int x, int y, int z, double *out, int step) {
+    const double *base = &tile[z + 1][y + 1][x + 1];
+    enum { Y = QNI_TILE, Z = QNI_TILE * QNI_TILE };
+    static const int row_start[4] = {0, Y, Z, Y + Z};
+    for (int r = 0; r < 4; ++r)
+        for (int n = 0; n < 4; ++n)
+            out[(4 * r + n) * step] = base[row_start[r] + n - 1];
+    static const int pair_start[8] = {-Y, -Y + Z, 2 * Y, 2 * Y + Z, -Z, -Z + Y, 2 * Z, 2 * Z + Y};
+    for (int r = 0; r < 8; ++r) {
+        out[(16 + 2 * r) * step] = base[pair_start[r]];
+        out[(17 + 2 * r) * step] = base[pair_start[r] + 1];
+    }
+}
+
+static const int corner_of_stencil[8] = {1, 2, 5, 6, 9, 10, 13, 14};
+
+/* Where central differences cancel, the trilinear gradient in the cell, or at last the way from its upper to its lower
+ * corners, still says which way is out. */
+static void mend_normal(const double d[8], const double local[3], const qni_frame *frame, float normal[3]) {
+    double g[3], largest = 0;
+    for (int attempt = 0; attempt < 2 && largest == 0; ++attempt) {
+        for (int a = 0; a < 3; ++a) {
+            const int p = a == 0 ? 1 : 0, q = a == 2 ? 1 : 2;
+            double rise[4];
+            for (int n = 0; n < 4; ++n) {
+                const int c = ((n & 1) << p) | ((n >> 1) << q), e = c | (1 << a);
+                rise[n] = attempt == 0 ? d[e] - d[c] : (double)((d[e] >= 0) - (d[c] >= 0));
+            }
+            g[a] = attempt == 0 ? qni_bilinear(rise[0], rise[1], rise[2], rise[3], local[p], local[q])
+                                : ((rise[0] + rise[1]) + (rise[2] + rise[3]));
+            largest = fmax(largest, fabs(g[a]));
+        }
+        if (!isfinite(largest))
+            largest = 0;
+    }
+    if (largest == 0) {
+        g[0] = g[1] = 0;
+        g[2] = largest = 1;
+    }
+    double n[3], squares = 0;
+    for (int r = 0; r < 3; ++r) {
+        n[r] = 0;
+        for (int a = 0; a < 3; ++a)
+            n[r] += frame->normal[r][a] * (g[a] / largest);
+        squares += n[r] * n[r];
+    }
+    for (int r = 0; r < 3; ++r)
+        normal[r] = (float)(n[r] / sqrt(squares));
+}
+
+static bool is_unit(const float normal[3]) {
+    float squares = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+    return squares > 0.99f && squares < 1.01f;
+}
+
+static void store_vertex(const emission *job, worker *w, int64_t vertex, const float position[3],
+                         float normal[3], const double stencil[QNI_STENCIL], const double local[3]) {
+    memcpy(job->mesh->positions + 3 * vertex, position, 3 * sizeof(float));
+    if (!job->mesh->normals)
+        return;
+    if (!is_unit(normal)) {
+        double d[8];
+        for (int c = 0; c < 8; ++c)
+            d[c] = stencil[corner_of_stencil[c]];
+        mend_normal(d, local, &job->frame, normal);
+        ++w->tally.zero_gradients;
+    }
+    memcpy(job->mesh->normals + 3 * vertex, normal, 3 * sizeof(float));
+}
+
+static void emit_polygon(const emission *job, worker *w, const double stencil[QNI_STENCIL], const double cell[3],
+                         unsigned edges, uint64_t next_code, int64_t vertex) {
+    double d[8];
+    float position[3], normal[3];
+    for (int c = 0; c < 8; ++c)
+        d[c] = stencil[corner_of_stencil[c]];
+    qni_point point = qni_point_of_polygon(d, edges, next_code);
+    w->tally.slice_points += point.kind == QNI_POINT_SLICE;
+    w->tally.degenerate_points += point.kind == QNI_POINT_DEGENERATE;
+    w->tally.fallback_points += point.kind == QNI_POINT_FALLBACK;
+    qni_place_point(stencil, cell, point.p, &job->frame, position, normal);
+    store_vertex(job, w, vertex, position, normal, stencil, point.p);
+}
+
+/* A single polygon that no axis line met. */
+static void emit_lane_by_slices(const emission *job, worker *w, int lane, const double stencil[QNI_STENCIL],
+                                const double cell[3]) {
+    double d[8];
+    for (int c = 0; c < 8; ++c)
+        d[c] = stencil[corner_of_stencil[c]];
+    const int entry = qni_cell_resolve(d, w->batch_case[lane]).entry;
+    emit_polygon(job, w, stencil, cell, qni_entry_edges(entry, 0), qni_entry_next_code(entry),
+                 w->batch_vertex[lane]);
+}
+
+static void store_lane_apart(const emission *job, worker *w, int l) {
+    const qni_point_batch *batch = &w->batch;
+    double stencil[QNI_STENCIL];
+    for (int n = 0; n < QNI_STENCIL; ++n)
+        stencil[n] = batch->stencil[n][l];
+    const double cell[3] = {batch->cell[0][l], batch->cell[1][l], batch->cell[2][l]};
+    if (batch->distance[l] >= 2) {
+        emit_lane_by_slices(job, w, l, stencil, cell);
+        return;
+    }
+    const double local[3] = {batch->local[0][l], batch->local[1][l], batch->local[2][l]};
+    const float position[3] = {batch->position[0][l], batch->position[1][l], batch->position[2][l]};
+    float normal[3] = {batch->normal[0][l], batch->normal[1][l], batch->normal[2][l]};
+    store_vertex(job, w, w->batch_vertex[l], position, normal, stencil, local);
+}
+
+static void flush_batch(const emission *job, worker *w) {
+    qni_point_batch *batch = &w->batch;
+    if (w->batch_count == 0)
+        return;
+    for (int l = w->batch_count; l < QNI_LANES; ++l) {
+        for (int n = 0; n < QNI_STENCIL; ++n)
+            batch->stencil[n][l] = batch->stencil[n][0];
+        for (int a = 0; a < 3; ++a)
+            batch->cell[a][l] = batch->cell[a][0];
+    }
+    job->kernel(batch, &job->frame);
+    for (int l = 0; l < w->batch_count; ++l) {
+        const float normal[3] = {batch->normal[0][l], batch->normal[1][l], batch->normal[2][l]};
+        if (batch->distance[l] >= 2 || (job->mesh->normals && !is_unit(normal))) {
+            store_lane_apart(job, w, l);
+            continue;
+        }
+        float *p = job->mesh->positions + 3 * w->batch_vertex[l];
+        p[0] = batch->position[0][l];
+        p[1] = batch->position[1][l];
+        p[2] = batch->position[2][l];
+        if (job->mesh->normals)
+            memcpy(job->mesh->normals + 3 * w->batch_vertex[l], normal, sizeof normal);
+    }
+    w->batch_count = 0;
+}
+
+static void queue_single(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y, int z, int64_t vertex) {
+    qni_point_batch *batch = &w->batch;
+    const int lane = w->batch_count++;
+    gather_stencil((const double(*)[QNI_TILE][QNI_TILE])w->tile, x, y, z, &batch->stencil[0][lane], QNI_LANES);
+    batch->cell[0][lane] = (double)(leaf_at[0] + x);
+    batch->cell[1][lane] = (double)(leaf_at[1] + y);
+    batch->cell[2][lane] = (double)(leaf_at[2] + z);
+    w->batch_vertex[lane] = vertex;
+    w->batch_case[lane] = qni_case_of_cell((const uint16_t(*)[9])w->signs, x, y, z);
+    if (w->batch_count == QNI_LANES)
+        flush_batch(job, w);
+}
+
+static int emit_multiple(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y, int z, int entry,
+                         int64_t vertex) {
+    double stencil[QNI_STENCIL];
+    const double cell[3] = {(double)(leaf_at[0] + x), (double)(leaf_at[1] + y), (double)(leaf_at[2] + z)};
+    const int polygons = qni_entry_polygons(entry);
+    gather_stencil((const double(*)[QNI_TILE][QNI_TILE])w->tile, x, y, z, stencil, 1);
+    for (int n = 0; n < polygons; ++n)
+        emit_polygon(job, w, stencil, cell, qni_entry_edges(entry, n), qni_entry_next_code(entry), vertex + n);
+    return polygons;
+}
+
+/* Writes the leaf's vertices and notes each cell's first one. */
+static void emit_vertices(const emission *job, worker *w, const qni_dmc_row *row, const qni_dmc_leaf *leaf,
+                          const int64_t leaf_at[3]) {
+    const qni_multi_cell *multi = row->multis + leaf->multi_base, *multi_end = multi + leaf->multi_count;
+    int64_t vertex = row->vertex_base + leaf->vertex_base;
+    for (int z = 0; z < QNI_LEAF; ++z)
+        for (uint64_t rest = leaf->active[z]; rest; rest &= rest - 1) {
+            const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
+            w->ids.first[z + 1][y + 1][x + 1] = (uint32_t)vertex;
+            if (multi < multi_end && multi->cell == bit + 64 * z) {
+                w->ids.entry[z + 1][y + 1][x + 1] = multi->entry;
+                vertex += emit_multiple(job, w, leaf_at, x, y, z, multi->entry, vertex);
+                ++multi;
+            } else {
+                queue_single(job, w, leaf_at, x, y, z, vertex++);
+            }
+        }
+    flush_batch(job, w);
+}
+
+/* ---- neighbours ------------------------------------------------------------------------------ */
+
+static int count_bits(uint64_t bits) {
+    return __builtin_popcountll(bits);
+}
+
+/* The cells of a lower neighbour that touch the leaf, into their places; `shift` is 1 along the axes where it is lower. */
+static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_leaf *leaf, const int shift[3]) {
+    const uint64_t touching = (shift[0] ? qni_columns(7, 8) : ~UINT64_C(0)) & (shift[1] ? qni_rows(7, 8) : ~UINT64_C(0));
+    const qni_multi_cell *multis = row->multis + leaf->multi_base;
+    const uint32_t base = (uint32_t)(row->vertex_base + leaf->vertex_base);
+    int next_multi = 0, extra = 0;
+    for (int z = shift[2] ? 7 : 0; z < QNI_LEAF; ++z)
+        for (uint64_t rest = leaf->active[z] & touching; rest; rest &= rest - 1) {
+            const int bit = __builtin_ctzll(rest), cell = bit + 64 * z;
+            const int to_x = shift[0] ? 0 : (bit & 7) + 1, to_y = shift[1] ? 0 : (bit >> 3) + 1;
+            const int to_z = shift[2] ? 0 : z + 1;
+            const int before = leaf->before_slice[z] + count_bits(leaf->active[z] & ((UINT64_C(1) << bit) - 1));
+            for (; next_multi < leaf->multi_count && multis[next_multi].cell < cell; ++next_multi)
+                extra = multis[next_multi].extra_before + qni_entry_polygons(multis[next_multi].entry) - 1;
+            ids->first[to_z][to_y][to_x] = base + (uint32_t)(before + extra);
+            if (next_multi < leaf->multi_count && multis[next_multi].cell == cell)
+                ids->entry[to_z][to_y][to_x] = multis[next_multi].entry;
+        }
+}
+
+/* The leaves at x and x - 1 of the row at hand and of its three lower neighbours, walked in step. */
+typedef struct neighbour_rows {
+    const qni_dmc_row *row[4]; /* bit 0: one lower in y, bit 1: one lower in z; NULL beyond the lattice */
+    int32_t at[4];
+} neighbour_rows;
+
+static void find_neighbour_rows(const qni_dmc *dmc, int64_t index, neighbour_rows *rows) {
+    int32_t leaf[2];
+    qni_field_row_leaf(&dmc->field, index, leaf);
+    for (int n = 0; n < 4; ++n) {
+        const bool lower_y = n & 1, lower_z = n >> 1;
+        const bool beyond = (lower_y && leaf[0] == 0) || (lower_z && leaf[1] == 0);
+        rows->row[n] = beyond ? NULL : dmc->rows + (index - lower_y - (lower_z ? dmc->field.leaves[1] : 0));
+        rows->at[n] = 0;
+    }
+}
+
+static void note_neighbours(worker *w, neighbour_rows *rows, int32_t x, const qni_dmc_leaf *own) {
+    const qni_dmc_leaf *found[8];
+    w->ids.any_multi = own->multi_count > 0;
+    for (int n = 0; n < 4; ++n) {
+        found[2 * n] = found[2 * n + 1] = NULL;
+        const qni_dmc_row *row = rows->row[n];
+        if (!row)
+            continue;
+        while (rows->at[n] < row->leaf_count && row->leaves[rows->at[n]].x < x)
+            ++rows->at[n];
+        const int32_t at = rows->at[n];
+        if (at < row->leaf_count && row->leaves[at].x == x)
+            found[2 * n] = row->leaves + at;
+        if (at > 0 && row->leaves[at - 1].x == x - 1)
+            found[2 * n + 1] = row->leaves + at - 1;
+    }
+    for (int n = 1; n < 8; ++n)
+        w->ids.any_multi = w->ids.any_multi || (found[n] && found[n]->multi_count > 0);
+    if (w->ids.any_multi)
+        memset(w->ids.entry, 0xff, sizeof w->ids.entry);
+    for (int n = 1; n < 8; ++n) {
+        const int shift[3] = {n & 1, n >> 1 & 1, n >> 2};
+        if (found[n])
+            note_neighbour(&w->ids, rows->row[n >> 1], found[n], shift);
+    }
+}
+
+/* ---- quads ----------------------------------------------------------------------------------- */
+
+/* The four cells round an edge along `axis`, counter-clockwise seen from its end, as steps back from the edge's own
+ * cell, and the edge's number in each. */
+static const int8_t ring_back[3][4][3] = {
+    {{0, 1, 1}, {0, 0, 1}, {0, 0, 0}, {0, 1, 0}},
+    {{1, 0, 1}, {1, 0, 0}, {0, 0, 0}, {0, 0, 1}},
+    {{1, 1, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}},
+};
+static const uint8_t ring_edge[3][4] = {{3, 2, 0, 1}, {7, 5, 4, 6}, {11, 10, 8, 9}};
+
+static void emit_quads(const emission *job, worker *w, const qni_leaf_extent *extent, uint32_t *quad) {
+    const leaf_ids *ids = &w->ids;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int z = 0; z < QNI_LEAF; ++z) {
+            const uint64_t upper_first = w->masks.corner[0][z];
+            for (uint64_t rest = qni_quads_of_slice(&w->masks, extent, axis, z); rest; rest &= rest - 1) {
+                const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
+                /* Values fall along the axis: the outside of an inside that is above lies ahead. */
+                const bool falls = upper_first >> bit & 1;
+                uint32_t corner[4];
+                for (int n = 0; n < 4; ++n) {
+                    const int8_t *back = ring_back[axis][n];
+                    const int cx = x + 1 - back[0], cy = y + 1 - back[1], cz = z + 1 - back[2];
+                    corner[n] = ids->first[cz][cy][cx];
+                    if (ids->any_multi && ids->entry[cz][cy][cx] != NO_ENTRY)
+                        corner[n] += (uint32_t)qni_entry_polygon_of_edge(ids->entry[cz][cy][cx], ring_edge[axis][n]);
+                }
+                const bool forward = falls != job->reverse;
+                quad[0] = corner[0];
+                quad[1] = forward ? corner[1] : corner[3];
+                quad[2] = corner[2];
+                quad[3] = forward ? corner[3] : corner[1];
+                quad += 4;
+            }
+        }
+}
+
+/* ---- leaves, rows ---------------------------------------------------------------------------- */
+
+static void signs_of_tile(worker *w) {
+    for (int z = 0; z < QNI_LEAF_SAMPLES; ++z)
+        for (int y = 0; y < QNI_LEAF_SAMPLES; ++y) {
+            const double *row = &w->tile[z + 1][y + 1][1];
+            unsigned bits = 0;
+#ifdef __SSE2__
+            const __m128d zero = _mm_setzero_pd();
+            for (int n = 0; n < 4; ++n)
+                bits |= (unsigned)_mm_movemask_pd(_mm_cmpge_pd(_mm_loadu_pd(row + 2 * n), zero)) << (2 * n);
+            bits |= (unsigned)(row[8] >= 0) << 8;
+#else
+            for (int n = 0; n < QNI_LEAF_SAMPLES; ++n)
+                bits |= (unsigned)(row[n] >= 0) << n;
+#endif
+            w->signs[z][y] = (uint16_t)bits;
+        }
+}
+
+static void emit_row(const emission *job, int64_t index, worker *w) {
+    const qni_dmc *dmc = job->dmc;
+    const qni_dmc_row *row = dmc->rows + index;
+    neighbour_rows rows;
+    int32_t leaf[3];
+    qni_field_row_leaf(&dmc->field, index, leaf + 1);
+    find_neighbour_rows(dmc, index, &rows);
+    for (int32_t n = 0; n < row->leaf_count; ++n) {
+        const qni_dmc_leaf *own = row->leaves + n;
+        leaf[0] = own->x;
+        const qni_leaf_extent extent = qni_leaf_extent_of(&dmc->field, leaf);
+        const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF, (int64_t)leaf[2] * QNI_LEAF};
+        qni_field_load_tile(&dmc->field, leaf, w->tile);
+        signs_of_tile(w);
+        qni_leaf_masks_init((const uint16_t(*)[9])w->signs, &w->masks);
+        note_neighbours(w, &rows, own->x, own);
+        emit_vertices(job, w, row, own, at);
+        if (job->mesh->quads)
+            emit_quads(job, w, &extent, job->mesh->quads + 4 * (row->quad_base + own->quad_base));
+    }
+}
+
+/* Gradients go to the world by the inverse transpose, with the sign that points out of the solid. */
+static void set_frame(const qni_field *field, qni_frame *frame, double *determinant) {
+    const double(*m)[4] = (const double(*)[4])field->world;
+    memcpy(frame->world, field->world, sizeof frame->world);
+    double cofactor[3][3];
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+            const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+            cofactor[r][c] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
+        }
+    *determinant = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[0][1] + m[0][2] * cofactor[0][2];
+    const double sign = (*determinant > 0) == field->inside_below ? 1 : -1;
+    double largest = 0;
+    for (int n = 0; n < 9; ++n)
+        largest = fmax(largest, fabs(cofactor[n / 3][n % 3]));
+    for (int n = 0; n < 9; ++n)
+        frame->normal[n / 3][n % 3] = sign * cofactor[n / 3][n % 3] / largest;
+}
+
+static qn_status emit_rows(const emission *job, worker *workers, int32_t threads, qn_error *error) {
+    const int64_t slab = 256, row_count = job->dmc->row_count;
+    for (int64_t from = 0; from < row_count; from += slab) {
+        int64_t end = from + slab < row_count ? from + slab : row_count;
+        if (qni_progress(job->dmc->context, "emit", (double)from / (double)row_count))
+            return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
+#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
+        for (int64_t r = from; r < end; ++r)
+            emit_row(job, r, workers + qni_thread_index());
+    }
+    return QN_OK;
+}
+
+qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
+    const int32_t threads = qn_context_threads(dmc->context);
+    double determinant;
+    emission job = {.dmc = dmc, .mesh = mesh, .kernel = qni_choose_point_kernel()};
+    set_frame(&dmc->field, &job.frame, &determinant);
+    job.reverse = dmc->field.inside_below != (determinant < 0);
+    if (mesh->vertex_count == 0)
+        return QN_OK;
+    worker *workers = qni_alloc_zero(dmc->context, threads, sizeof *workers);
+    if (!workers)
+        return qni_fail_memory(error, "the worker threads");
+    qn_status status = emit_rows(&job, workers, threads, error);
+    qni_dmc_note_memory(dmc, mesh->vertex_count * (mesh->normals ? 24 : 12) + mesh->quad_count * 16);
+    for (int32_t t = 0; t < threads; ++t) {
+        dmc->tally.slice_points += workers[t].tally.slice_points;
+        dmc->tally.degenerate_points += workers[t].tally.degenerate_points;
+        dmc->tally.fallback_points += workers[t].tally.fallback_points;
+        dmc->tally.zero_gradients += workers[t].tally.zero_gradients;
+    }
+    qni_free(dmc->context, workers, threads, sizeof *workers);
+    return status;
+}

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: MIT
+/* Where the vertex of an MC polygon lies: on the trilinear surface, on the polygon's own branch, near its middle.
+ *
+ * [DMC21] section 3.1.2 samples each branch and keeps the sample next to the middle of the polygon. Here the point is found
+ * directly, with + - * / alone, so that every processor gets the same bits:
+ *  1. A cell with one polygon holds one branch. An axis line through the middle of the crossings that changes sign
+ *     between its ends meets it once; of the three axes' points the one nearest to the middle is taken.
+ *  2. Else a slice of the cell through the middle: the trilinear interpolant is bilinear there, each of its arcs is
+ *     monotone, and joins two crossings that lie on known face segments of known polygons. The arc's own middle
+ *     is a point of the branch. A slice is tried at the middle, then at fixed fractions of the polygon's extent.
+ * Corner values are less iso; coordinates are local, 0 to 1. */
+#ifndef QNI_DMC_VERTEX_HD_H
+#define QNI_DMC_VERTEX_HD_H
+
+#include "core/cube_hd.h"
+
+enum qni_point_kind {
+    QNI_POINT_AXIS,       /* on an axis line */
+    QNI_POINT_SLICE,      /* middle of an arc of a slice */
+    QNI_POINT_DEGENERATE, /* all crossings coincide: samples at the iso-value */
+    QNI_POINT_FALLBACK    /* on a face arc: no slice would do */
+};
+
+typedef struct qni_point {
+    double p[3];
+    int kind;
+} qni_point;
+
+QN_HD_INLINE int qni_differ(double a, double b) {
+    return (a >= 0) != (b >= 0);
+}
+
+QN_HD_INLINE double qni_lerp(double a, double b, double t) {
+    return a + t * (b - a);
+}
+
+QN_HD_INLINE double qni_bilinear(double a00, double a10, double a01, double a11, double u, double v) {
+    return qni_lerp(qni_lerp(a00, a10, u), qni_lerp(a01, a11, u), v);
+}
+
+QN_HD_INLINE double qni_distance(double a) {
+    return a < 0 ? -a : a;
+}
+
+/* ---- cells with one polygon ------------------------------------------------------------------ */
+
+/* The point of an axis line; `distance` from the middle along it is at least 2 when it misses the surface. */
+typedef struct qni_axis_hit {
+    double at, distance;
+} qni_axis_hit;
+
+QN_HD_INLINE qni_axis_hit qni_axis_line(double low, double high, double middle) {
+    const double at = low / (low - high);
+    const int hit = qni_differ(low, high);
+    qni_axis_hit result;
+    result.at = hit ? at : middle;
+    result.distance = hit ? qni_distance(at - middle) : 2;
+    return result;
+}
+
+/* One edge's share in the sum of crossings: where it is crossed, and whether. */
+QN_HD_INLINE double qni_crossing(double a, double b) {
+    const double at = a / (a - b);
+    return qni_differ(a, b) ? at : 0;
+}
+
+QN_HD_INLINE double qni_crossed(double a, double b) {
+    return qni_differ(a, b) ? 1.0 : 0.0;
+}
+
+typedef struct qni_axis_point {
+    double x, y, z;
+    double distance; /* 2 when no axis line meets the surface */
+} qni_axis_point;
+
+/* Written without branches and arrays, so that compilers turn a loop over it into vector code. */
+QN_HD_INLINE qni_axis_point qni_point_of_one(double d0, double d1, double d2, double d3, double d4,
+                                             double d5, double d6, double d7) {
+    const double n0 = qni_crossed(d0, d1), n1 = qni_crossed(d2, d3), n2 = qni_crossed(d4, d5),
+                 n3 = qni_crossed(d6, d7), n4 = qni_crossed(d0, d2), n5 = qni_crossed(d1, d3),
+                 n6 = qni_crossed(d4, d6), n7 = qni_crossed(d5, d7), n8 = qni_crossed(d0, d4),
+                 n9 = qni_crossed(d1, d5), n10 = qni_crossed(d2, d6), n11 = qni_crossed(d3, d7);
+    const double along_x =
+        (qni_crossing(d0, d1) + qni_crossing(d2, d3)) + (qni_crossing(d4, d5) + qni_crossing(d6, d7));
+    const double along_y =
+        (qni_crossing(d0, d2) + qni_crossing(d1, d3)) + (qni_crossing(d4, d6) + qni_crossing(d5, d7));
+    const double along_z =
+        (qni_crossing(d0, d4) + qni_crossing(d1, d5)) + (qni_crossing(d2, d6) + qni_crossing(d3, d7));
+    const double count = ((n0 + n1) + (n2 + n3)) + ((n4 + n5) + (n6 + n7)) + ((n8 + n9) + (n10 + n11));
+    const double share = 1 / count;
+    const double x = (along_x + ((n5 + n7) + (n9 + n11))) * share;
+    const double y = (along_y + ((n1 + n3) + (n10 + n11))) * share;
+    const double z = (along_z + ((n2 + n3) + (n6 + n7))) * share;
+
+    const qni_axis_hit on_x = qni_axis_line(qni_bilinear(d0, d2, d4, d6, y, z),
+                                            qni_bilinear(d1, d3, d5, d7, y, z), x);
+    const qni_axis_hit on_y = qni_axis_line(qni_bilinear(d0, d1, d4, d5, x, z),
+                                            qni_bilinear(d2, d3, d6, d7, x, z), y);
+    const qni_axis_hit on_z = qni_axis_line(qni_bilinear(d0, d1, d2, d3, x, y),
+                                            qni_bilinear(d4, d5, d6, d7, x, y), z);
+    const int take_x = on_x.distance <= on_y.distance && on_x.distance <= on_z.distance;
+    const int take_y = !take_x && on_y.distance <= on_z.distance;
+    qni_axis_point result;
+    result.x = take_x ? on_x.at : x;
+    result.y = take_y ? on_y.at : y;
+    result.z = !take_x && !take_y ? on_z.at : z;
+    result.distance = take_x ? on_x.distance : take_y ? on_y.distance : on_z.distance;
+    return result;
+}
+
+/* ---- any polygon, by slices ------------------------------------------------------------------ */
+
+/* One polygon of a cell: its edges, the order in which they follow each other, its crossings. */
+typedef struct qni_polygon {
+    unsigned edge_mask;
+    uint64_t next_code;   /* as in cases_hd.h, of the whole cell */
+    double at[QNI_EDGES]; /* crossing along each edge of the mask */
+    double low[3], high[3], middle[3];
+} qni_polygon;
+
+QN_HD_INLINE double qni_crossing_coordinate(const qni_polygon *polygon, int edge, int axis) {
+    return qni_edge_axis(edge) == axis ? polygon->at[edge] : (double)qni_edge_side(edge, axis);
+}
+
+QN_HD static inline void qni_polygon_init(qni_polygon *polygon, const double d[8], unsigned edge_mask,
+                                          uint64_t next_code) {
+    double sum[3] = {0, 0, 0};
+    int count = 0;
+    polygon->edge_mask = edge_mask;
+    polygon->next_code = next_code;
+    for (int axis = 0; axis < 3; ++axis) {
+        polygon->low[axis] = 1;
+        polygon->high[axis] = 0;
+    }
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        if (!(edge_mask >> edge & 1))
+            continue;
+        const int from = qni_edge_start_corner(edge), to = from + (1 << qni_edge_axis(edge));
+        polygon->at[edge] = d[from] / (d[from] - d[to]);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double c = qni_crossing_coordinate(polygon, edge, axis);
+            sum[axis] += c;
+            polygon->low[axis] = c < polygon->low[axis] ? c : polygon->low[axis];
+            polygon->high[axis] = c > polygon->high[axis] ? c : polygon->high[axis];
+        }
+        ++count;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        polygon->middle[axis] = sum[axis] / count;
+}
+
+/* A square of bilinear values: v[u + 2 w] at its corners, and which of its sides (u=0, u=1, w=0, w=1) a segment of
+ * the polygon crosses. */
+typedef struct qni_square {
+    double v[4];
+    int own[4];
+} qni_square;
+
+/* A point of the arc between the crossings of sides s and t: the middle of its longer extent. */
+QN_HD static inline int qni_arc_middle(const qni_square *square, int s, int t, double uw[2]) {
+    double a[2], b[2];
+    for (int end = 0; end < 2; ++end) {
+        const int side = end ? t : s;
+        double *c = end ? b : a;
+        const double v0 = side < 2 ? square->v[side] : square->v[2 * (side - 2)];
+        const double v1 = side < 2 ? square->v[side + 2] : square->v[2 * (side - 2) + 1];
+        c[side < 2 ? 0 : 1] = (double)(side & 1);
+        c[side < 2 ? 1 : 0] = v0 / (v0 - v1);
+    }
+    const int along = qni_distance(a[0] - b[0]) >= qni_distance(a[1] - b[1]) ? 0 : 1;
+    const int across = 1 - along;
+    const double m = (a[along] + b[along]) * 0.5;
+    const double *v = square->v;
+    const double v0 = along == 0 ? qni_lerp(v[0], v[1], m) : qni_lerp(v[0], v[2], m);
+    const double v1 = along == 0 ? qni_lerp(v[2], v[3], m) : qni_lerp(v[1], v[3], m);
+    if (!qni_differ(v0, v1))
+        return 0;
+    const double c = v0 / (v0 - v1);
+    const double low = a[across] < b[across] ? a[across] : b[across];
+    const double high = a[across] < b[across] ? b[across] : a[across];
+    uw[along] = m;
+    uw[across] = c;
+    return c >= low && c <= high;
+}
+
+/* Which sides the bilinear interpolant joins: partner[s], or -1. */
+QN_HD static inline void qni_square_pairs(const qni_square *square, int partner[4]) {
+    const double *v = square->v;
+    int crossed[4], count = 0;
+    crossed[0] = qni_differ(v[0], v[2]);
+    crossed[1] = qni_differ(v[1], v[3]);
+    crossed[2] = qni_differ(v[0], v[1]);
+    crossed[3] = qni_differ(v[2], v[3]);
+    for (int s = 0; s < 4; ++s) {
+        partner[s] = -1;
+        count += crossed[s];
+    }
+    if (count == 2) {
+        for (int s = 0; s < 4; ++s)
+            for (int t = 0; t < 4; ++t)
+                if (s != t && crossed[s] && crossed[t])
+                    partner[s] = t;
+    } else if (count == 4) {
+        /* Corners 0 and 3 face each other; corner 0 is cut off alone by sides 0 and 2. */
+        const double along_03 = v[0] * v[3], along_12 = v[1] * v[2];
+        const int joined_03 = v[0] >= 0 ? along_03 >= along_12 : along_03 > along_12;
+        partner[0] = joined_03 ? 3 : 2;
+        partner[3] = joined_03 ? 0 : 1;
+        partner[1] = joined_03 ? 2 : 3;
+        partner[2] = joined_03 ? 1 : 0;
+    }
+}
+
+/* The arc of the square on the polygon that comes nearest to `middle`; squared distance, or -1. */
+QN_HD static inline double qni_square_point(const qni_square *square, const double middle[2], double uw[2]) {
+    int partner[4];
+    double best = -1;
+    qni_square_pairs(square, partner);
+    for (int s = 0; s < 4; ++s) {
+        const int t = partner[s];
+        double c[2];
+        if (t < s || !square->own[s] || !square->own[t] || !qni_arc_middle(square, s, t, c))
+            continue;
+        const double du = c[0] - middle[0], dw = c[1] - middle[1];
+        const double distance = du * du + dw * dw;
+        if (best < 0 || distance < best) {
+            best = distance;
+            uw[0] = c[0];
+            uw[1] = c[1];
+        }
+    }
+    return best;
+}
+
+/* The slice of the cell at `at` along `axis`. */
+QN_HD static inline void qni_slice(const qni_polygon *polygon, const double d[8], int axis, double at,
+                                   qni_square *square) {
+    const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    for (int n = 0; n < 4; ++n) {
+        const int corner = ((n & 1) << p) | ((n >> 1) << q);
+        square->v[n] = qni_lerp(d[corner], d[corner | (1 << axis)], at);
+        square->own[n] = 0;
+    }
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        if (!(polygon->edge_mask >> edge & 1))
+            continue;
+        const int next = (int)(polygon->next_code >> (4 * edge) & 15);
+        const int face = qni_face_of_edges(edge, next);
+        if (face >> 1 == axis)
+            continue;
+        const double a = qni_crossing_coordinate(polygon, edge, axis);
+        const double b = qni_crossing_coordinate(polygon, next, axis);
+        if ((a <= at) != (b <= at))
+            square->own[2 * (face >> 1 == q) + (face & 1)] = 1;
+    }
+}
+
+/* The cell face that carries the polygon's widest segment, as a square owned by that segment alone. */
+QN_HD static inline int qni_widest_face(const qni_polygon *polygon, const double d[8], qni_square *square) {
+    double widest = -1;
+    int widest_edge = 0;
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        if (!(polygon->edge_mask >> edge & 1))
+            continue;
+        const int next = (int)(polygon->next_code >> (4 * edge) & 15);
+        double width = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double c = qni_crossing_coordinate(polygon, edge, axis) -
+                             qni_crossing_coordinate(polygon, next, axis);
+            width += c * c;
+        }
+        if (width > widest) {
+            widest = width;
+            widest_edge = edge;
+        }
+    }
+    const int next = (int)(polygon->next_code >> (4 * widest_edge) & 15);
+    const int face = qni_face_of_edges(widest_edge, next), axis = face >> 1, side = face & 1;
+    const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    for (int n = 0; n < 4; ++n) {
+        square->v[n] = d[(side << axis) | ((n & 1) << p) | ((n >> 1) << q)];
+        square->own[n] = 0;
+    }
+    for (int n = 0; n < 2; ++n) {
+        const int edge = n ? next : widest_edge;
+        const int across = qni_edge_axis(edge) == p ? q : p;
+        square->own[2 * (across == q) + qni_edge_side(edge, across)] = 1;
+    }
+    return face;
+}
+
+/* The vertex of any polygon of a cell with corner values d. */
+QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned edge_mask, uint64_t next_code) {
+    const double fractions[8] = {-1, 0.25, 0.75, 0.1, 0.9, 0.5, 0.03125, 0.96875};
+    qni_polygon polygon;
+    qni_square square;
+    qni_point point;
+    qni_polygon_init(&polygon, d, edge_mask, next_code);
+    for (int n = 0; n < 8; ++n) {
+        double best = -1;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+            const double at = fractions[n] < 0
+                                  ? polygon.middle[axis]
+                                  : qni_lerp(polygon.low[axis], polygon.high[axis], fractions[n]);
+            const double middle[2] = {polygon.middle[p], polygon.middle[q]};
+            const double off = at - polygon.middle[axis];
+            double uw[2];
+            qni_slice(&polygon, d, axis, at, &square);
+            const double distance = qni_square_point(&square, middle, uw);
+            if (distance < 0 || (best >= 0 && distance + off * off >= best))
+                continue;
+            best = distance + off * off;
+            point.p[axis] = at;
+            point.p[p] = uw[0];
+            point.p[q] = uw[1];
+        }
+        if (best >= 0) {
+            point.kind = QNI_POINT_SLICE;
+            return point;
+        }
+    }
+    int shrunk = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        shrunk = shrunk && polygon.low[axis] == polygon.high[axis];
+        point.p[axis] = polygon.middle[axis];
+    }
+    point.kind = shrunk ? QNI_POINT_DEGENERATE : QNI_POINT_FALLBACK;
+    if (!shrunk) {
+        double uw[2] = {0, 0};
+        const int face = qni_widest_face(&polygon, d, &square), axis = face >> 1;
+        const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+        const double middle[2] = {polygon.middle[p], polygon.middle[q]};
+        int first = 0;
+        if (qni_square_point(&square, middle, uw) >= 0) {
+            point.p[axis] = (double)(face & 1);
+            point.p[p] = uw[0];
+            point.p[q] = uw[1];
+        } else { /* nothing but a crossing itself is left: it is on the branch too */
+            while (!(edge_mask >> first & 1))
+                ++first;
+            for (int a = 0; a < 3; ++a)
+                point.p[a] = qni_crossing_coordinate(&polygon, first, a);
+        }
+    }
+    return point;
+}
+
+/* ---- gradients ------------------------------------------------------------------------------- */
+
+/* Twice the gradient along one axis at (u, v, w), by central differences at the corners, interpolated: the four values of
+ * `plane_..` are bilinear values on the lattice planes -1, 0, 1, 2 across the axis; u is the place along it. */
+QN_HD_INLINE double qni_central_gradient(double plane_before, double plane_0, double plane_1,
+                                         double plane_after, double u) {
+    return qni_lerp(plane_1 - plane_before, plane_after - plane_0, u);
+}
+
+#endif

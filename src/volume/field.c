@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+/* Fields over dense volumes: the rule for borders and non-finite samples, values one by one, in rows and in tiles. */
+#include "volume/field.h"
+#include "volume/field_rows.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A closed border must lie outside even where its sample equals the iso-value. */
+static const double least_outside = 1e-30;
+/* Keeps products of two values finite; no data of use comes near it. */
+static const double largest_distance = 1e140;
+
+static void set_world(qni_field *field) {
+    for (int r = 0; r < 3; ++r) {
+        const double *m = field->grid->index_to_world[r];
+        double border = field->border;
+        field->world[r][0] = m[0];
+        field->world[r][1] = m[1];
+        field->world[r][2] = m[2];
+        field->world[r][3] = m[3] - border * m[0] - border * m[1] - border * m[2];
+    }
+}
+
+qn_status qni_field_init(const qn_volume *volume, double isovalue, bool inside_below, bool open,
+                         qni_field *field, qn_error *error) {
+    if (!isfinite(isovalue))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the iso-value must be a finite number");
+    memset(field, 0, sizeof *field);
+    field->grid = &volume->grid;
+    field->isovalue = isovalue;
+    field->inside_below = inside_below;
+    field->border = open ? 0 : 1;
+    for (int a = 0; a < 3; ++a) {
+        field->samples[a] = volume->grid.size[a] + 2 * field->border;
+        field->cells[a] = field->samples[a] - 1;
+        field->leaves[a] = (field->cells[a] + QNI_LEAF - 1) / QNI_LEAF;
+    }
+    set_world(field);
+    qni_field_set_threshold(field);
+    return QN_OK;
+}
+
+/* From a sample's value to the field's: less iso, non-finite ones put where the rule says. */
+static double settle(const qni_field *field, double value) {
+    double d = value - field->isovalue;
+    if (!(fabs(d) <= largest_distance)) {
+        if (isfinite(value))
+            return d > 0 ? largest_distance : -largest_distance;
+        bool above = isnan(value) ? field->inside_below : value > 0;
+        return above ? field->nonfinite_distance : -field->nonfinite_distance;
+    }
+    return d;
+}
+
+/* The virtual layer mirrors the border's values at the iso-value to the outside. */
+static double outside_of(const qni_field *field, double d) {
+    double distance = fabs(d) > least_outside ? fabs(d) : least_outside;
+    return field->inside_below ? distance : -distance;
+}
+
+static int64_t clamp_index(int64_t i, int64_t size) {
+    return i < 0 ? 0 : i >= size ? size - 1 : i;
+}
+
+double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z) {
+    const int64_t *size = field->grid->size;
+    int64_t i = x - field->border, j = y - field->border, k = z - field->border;
+    int64_t ci = clamp_index(i, size[0]), cj = clamp_index(j, size[1]), ck = clamp_index(k, size[2]);
+    double d = settle(field, qni_grid_value(field->grid, ci, cj, ck));
+    return i == ci && j == cj && k == ck ? d : outside_of(field, d);
+}
+
+/* `count` lattice points from (x, y, z) along x; all must be true samples of the grid. */
+static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, int64_t count, double *out) {
+    qni_grid_load_row(field->grid, x - field->border, y - field->border, z - field->border, count, out);
+    const qn_grid *grid = field->grid;
+    bool may_be_huge = grid->scalar == QN_F64 || grid->slope != 1 || grid->intercept != 0;
+    if (field->nonfinite_distance > 0 || may_be_huge) {
+        for (int64_t n = 0; n < count; ++n)
+            out[n] = settle(field, out[n]);
+    } else {
+        for (int64_t n = 0; n < count; ++n)
+            out[n] = out[n] - field->isovalue;
+    }
+}
+
+/* A row of lattice points of any place in the lattice, virtual layer included. */
+void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, double *out) {
+    const qn_grid *grid = field->grid;
+    int64_t j = y - field->border, k = z - field->border;
+    int64_t cj = clamp_index(j, grid->size[1]), ck = clamp_index(k, grid->size[2]);
+    load_row(field, field->border, cj + field->border, ck + field->border, grid->size[0], out + field->border);
+    if (j != cj || k != ck)
+        for (int64_t n = 0; n < grid->size[0]; ++n)
+            out[field->border + n] = outside_of(field, out[field->border + n]);
+    if (field->border) {
+        out[0] = outside_of(field, out[1]);
+        out[field->samples[0] - 1] = outside_of(field, out[field->samples[0] - 2]);
+    }
+}
+
+/* Lattice points [from, end) of lattice row (y, z), all inside the lattice, into out[0 ..]. */
+static void load_lattice_part(const qni_field *field, int64_t from, int64_t end, int64_t y, int64_t z, double *out) {
+    const int64_t *size = field->grid->size;
+    int64_t border = field->border;
+    int64_t cy = clamp_index(y - border, size[1]) + border, cz = clamp_index(z - border, size[2]) + border;
+    int64_t first = clamp_index(from - border, size[0]) + border;
+    int64_t last = clamp_index(end - 1 - border, size[0]) + border;
+    load_row(field, first, cy, cz, last - first + 1, out + (first - from));
+    if (cy != y || cz != z)
+        for (int64_t x = first; x <= last; ++x)
+            out[x - from] = outside_of(field, out[x - from]);
+    if (from < first)
+        out[0] = outside_of(field, out[first - from]);
+    if (last < end - 1)
+        out[end - 1 - from] = outside_of(field, out[last - from]);
+}
+
+/* What a tile has of the lattice along one axis: positions [begin, end) of its 11. */
+typedef struct tile_span {
+    int begin, end;
+} tile_span;
+
+static tile_span span_of(const qni_field *field, int axis, int64_t from) {
+    int64_t begin = from < 0 ? -from : 0;
+    int64_t end = field->samples[axis] - from;
+    tile_span span = {(int)begin, (int)(end > QNI_TILE ? QNI_TILE : end)};
+    return span;
+}
+
+/* Continue a line of the tile linearly beyond the lattice, one point on each side, and repeat after that. */
+static void extrapolate(double *line, int stride, tile_span span) {
+    double *first = line + span.begin * stride, *last = line + (span.end - 1) * stride;
+    int several = span.end - span.begin > 1;
+    if (span.begin > 0)
+        *(first - stride) = several ? 2 * *first - first[stride] : *first;
+    for (int n = span.end; n < QNI_TILE; ++n)
+        line[n * stride] = several ? 2 * *last - *(last - stride) : *last;
+}
+
+static void load_tile_at_end(const qni_field *field, const int64_t from[3],
+                             double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
+    tile_span x = span_of(field, 0, from[0]), y = span_of(field, 1, from[1]), z = span_of(field, 2, from[2]);
+    for (int n = z.begin; n < z.end; ++n) {
+        for (int m = y.begin; m < y.end; ++m) {
+            load_lattice_part(field, from[0] + x.begin, from[0] + x.end, from[1] + m, from[2] + n,
+                              tile[n][m] + x.begin);
+            extrapolate(tile[n][m], 1, x);
+        }
+        for (int m = 0; m < QNI_TILE; ++m)
+            extrapolate(&tile[n][0][m], QNI_TILE, y);
+    }
+    for (int m = 0; m < QNI_TILE * QNI_TILE; ++m)
+        extrapolate(&tile[0][0][m], QNI_TILE * QNI_TILE, z);
+}
+
+void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
+                         double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
+    int64_t from[3];
+    bool inner = true;
+    for (int a = 0; a < 3; ++a) {
+        from[a] = (int64_t)leaf[a] * QNI_LEAF - 1;
+        int64_t first = from[a] - field->border;
+        inner = inner && first >= 0 && first + QNI_TILE <= field->grid->size[a];
+    }
+    if (!inner) {
+        load_tile_at_end(field, from, tile);
+        return;
+    }
+    for (int z = 0; z < QNI_TILE; ++z)
+        for (int y = 0; y < QNI_TILE; ++y)
+            load_row(field, from[0], from[1] + y, from[2] + z, QNI_TILE, tile[z][y]);
+}
+
+typedef struct slice_count {
+    int64_t nan_count, infinite_count;
+    double largest;
+} slice_count;
+
+static slice_count count_slice(const qni_field *field, int64_t k) {
+    slice_count count = {0, 0, 0};
+    const qn_grid *grid = field->grid;
+    for (int64_t j = 0; j < grid->size[1]; ++j)
+        for (int64_t i = 0; i < grid->size[0]; ++i) {
+            double value = qni_grid_value(grid, i, j, k);
+            if (isnan(value))
+                ++count.nan_count;
+            else if (isinf(value))
+                ++count.infinite_count;
+            else
+                count.largest = fmax(count.largest, fabs(value - field->isovalue));
+        }
+    return count;
+}
+
+void qni_field_measure_nonfinite(qn_context *context, qni_field *field) {
+    int64_t nan_count = 0, infinite_count = 0;
+    double largest = 0;
+#pragma omp parallel for schedule(dynamic) reduction(+ : nan_count, infinite_count)                \
+    reduction(max : largest) num_threads(qn_context_threads(context))
+    for (int64_t k = 0; k < field->grid->size[2]; ++k) {
+        slice_count count = count_slice(field, k);
+        nan_count += count.nan_count;
+        infinite_count += count.infinite_count;
+        largest = largest > count.largest ? largest : count.largest;
+    }
+    field->nan_count = nan_count;
+    field->infinite_count = infinite_count;
+    field->nonfinite_distance = largest > 0 ? fmin(largest, largest_distance) : 1;
+    field->direct = false;
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+/* A field: what a surfacer sees of a volume at one iso-value. Values are less iso, so the surface is at 0 and a sample
+ * is above when its value is >= 0. Surfacers ask for leaves (8^3 cells) by their signs, row by row, and for tiles of
+ * values round one leaf; they never learn how the volume stores its samples. A sparse volume answers the same calls
+ * from its own leaves.
+ *
+ * Lattice point (0, 0, 0) is sample (0, 0, 0) of an open field; a closed field has one virtual layer of outside
+ * samples on every side, so its sample (0, 0, 0) is lattice point (1, 1, 1). */
+#ifndef QNI_VOLUME_FIELD_H
+#define QNI_VOLUME_FIELD_H
+
+#include "volume/volume.h"
+
+enum {
+    QNI_LEAF = 8,                  /* cells along a leaf's side */
+    QNI_LEAF_SAMPLES = 9,          /* samples that touch its cells */
+    QNI_TILE = 11,                 /* samples along a tile's side: one more on each side, for gradients */
+    QNI_TILE_SAMPLES = QNI_TILE * QNI_TILE * QNI_TILE
+};
+
+typedef struct qni_field {
+    const qn_grid *grid;
+    double isovalue;
+    bool inside_below; /* inside is value < 0, else value >= 0 */
+    int32_t border;    /* 1 closed, 0 open */
+    int64_t samples[3];
+    int64_t cells[3];
+    int64_t leaves[3];
+    double world[3][4]; /* lattice point to world */
+
+    /* Stored-value form of `value >= 0` for contiguous samples: (stored >= threshold) != inverted. */
+    bool direct; /* this form may be used */
+    bool inverted;
+    int constant; /* -1, or the answer for every stored value */
+    union {
+        double f64;
+        float f32;
+        int64_t whole;
+    } threshold;
+
+    /* 0 while no sample is known to be non-finite; else the distance given to them. */
+    double nonfinite_distance;
+    int64_t nan_count, infinite_count;
+} qni_field;
+
+/* QN_ERROR_INVALID_ARGUMENT for an iso-value that is not finite. */
+qn_status qni_field_init(const qn_volume *volume, double isovalue, bool inside_below, bool open,
+                         qni_field *field_out, qn_error *error);
+
+/* Count the non-finite samples and set the distance for them: one pass over the data, needed only after a scan
+ * met one, and at once for fields that scans cannot look at in their stored form (`!direct`). */
+void qni_field_measure_nonfinite(qn_context *context, qni_field *field);
+
+/* Value of any lattice point. */
+double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);
+
+/* ---- leaves by their signs ------------------------------------------------------------------- */
+
+/* Room for the signs of one row of leaves along x. */
+typedef struct qni_scan {
+    int64_t row_bytes;    /* bytes of one packed row of lattice points */
+    uint8_t *bits;        /* [81][row_bytes]: bit x of row 9 z + y: the point is above */
+    uint8_t *all, *any;   /* [row_bytes]: and, or over the 81 rows */
+    double *values;       /* [samples along x]: for rows without the direct form */
+    bool met_nonfinite;   /* a direct scan found a sample that is not finite: measure and begin again */
+} qni_scan;
+
+qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan_out, qn_error *error);
+void qni_scan_destroy(qn_context *context, const qni_field *field, qni_scan *scan);
+
+int64_t qni_field_row_count(const qni_field *field);
+/* Leaf coordinates (y, z) of a row; rows are numbered in the order of the output. */
+void qni_field_row_leaf(const qni_field *field, int64_t row, int32_t leaf_yz[2]);
+/* Pack the signs of a row of leaves. */
+void qni_field_scan_row(const qni_field *field, int64_t row, qni_scan *scan);
+/* True when leaf x of the scanned row has points on both sides. */
+bool qni_scan_is_mixed(const qni_scan *scan, int64_t leaf_x);
+/* The signs of leaf x: bit i of signs[z][y] is lattice point (8 x + i, ...), i from 0 to 8. */
+void qni_scan_leaf(const qni_scan *scan, int64_t leaf_x, uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES]);
+
+/* ---- values ---------------------------------------------------------------------------------- */
+
+/* The values round a leaf, tile[z][y][x], from lattice point 8 leaf - 1 on. One point beyond the lattice's ends they
+ * are extrapolated linearly, so that central differences turn into one-sided ones there; further out they mean nothing. */
+void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
+                         double tile[QNI_TILE][QNI_TILE][QNI_TILE]);
+
+#endif

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+/* Rows of samples, by scalar type: as doubles, and as sign bits compared in their stored form. */
+#ifndef QNI_VOLUME_FIELD_ROWS_H
+#define QNI_VOLUME_FIELD_ROWS_H
+
+#include "volume/field.h"
+
+/* `count` samples from (i, j, k) along x, as values: slope * stored + intercept. */
+void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count, double *out);
+
+/* Find the stored value at which `value >= iso` turns, by bisection of the very expression that is
+ * evaluated elsewhere, so that both agree for every stored value. */
+void qni_field_set_threshold(qni_field *field);
+
+/* Sign bits of the samples (0 .. size[0] - 1, j, k), bit n of byte n / 8; returns true when a sample is not
+ * finite. Only for fields with `direct`. The last byte's unused bits are 0. */
+bool qni_field_pack_row(const qni_field *field, int64_t j, int64_t k, uint8_t *bits);
+
+/* All lattice points of row (y, z), virtual ones included. */
+void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, double *out);
+
+#endif

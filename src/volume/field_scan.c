@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+/* Leaves by their signs: one bit a lattice point, a row of leaves at a time. */
+#include "volume/field.h"
+#include "volume/field_rows.h"
+#include "core/context.h"
+#include "core/status.h"
+
+#include <string.h>
+
+enum { ROWS = QNI_LEAF_SAMPLES * QNI_LEAF_SAMPLES };
+
+/* Whole 64-bit words, one byte past the last leaf, and room for packing 16 bits at a time. */
+static int64_t row_bytes_of(const qni_field *field) {
+    return (field->samples[0] / 8 + 2 + 2 + 7) / 8 * 8;
+}
+
+qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan, qn_error *error) {
+    memset(scan, 0, sizeof *scan);
+    scan->row_bytes = row_bytes_of(field);
+    scan->bits = qni_alloc_zero(context, (ROWS + 2) * scan->row_bytes, 1);
+    scan->values = qni_alloc(context, field->samples[0], sizeof(double));
+    if (!scan->bits || !scan->values) {
+        qni_scan_destroy(context, field, scan);
+        return qni_fail_memory(error, "the signs of a row of leaves");
+    }
+    scan->all = scan->bits + ROWS * scan->row_bytes;
+    scan->any = scan->all + scan->row_bytes;
+    return QN_OK;
+}
+
+void qni_scan_destroy(qn_context *context, const qni_field *field, qni_scan *scan) {
+    qni_free(context, scan->bits, (ROWS + 2) * scan->row_bytes, 1);
+    qni_free(context, scan->values, field->samples[0], sizeof(double));
+    memset(scan, 0, sizeof *scan);
+}
+
+int64_t qni_field_row_count(const qni_field *field) {
+    return field->leaves[0] > 0 ? field->leaves[1] * field->leaves[2] : 0;
+}
+
+void qni_field_row_leaf(const qni_field *field, int64_t row, int32_t leaf_yz[2]) {
+    leaf_yz[0] = (int32_t)(row % field->leaves[1]);
+    leaf_yz[1] = (int32_t)(row / field->leaves[1]);
+}
+
+static void set_bit(uint8_t *bits, int64_t n, bool on) {
+    uint8_t mask = (uint8_t)(1u << (n % 8));
+    bits[n / 8] = (uint8_t)(on ? bits[n / 8] | mask : bits[n / 8] & ~mask);
+}
+
+/* Move the bits of a row up by one place, to make room for the virtual point in front. */
+static void shift_up(uint8_t *bits, int64_t bytes) {
+    for (int64_t n = bytes - 1; n > 0; --n)
+        bits[n] = (uint8_t)((unsigned)bits[n] << 1 | bits[n - 1] >> 7);
+    bits[0] = (uint8_t)((unsigned)bits[0] << 1);
+}
+
+static bool is_virtual(const qni_field *field, int axis, int64_t at) {
+    return field->border && (at == 0 || at == field->samples[axis] - 1);
+}
+
+/* The signs of one lattice row. */
+static void pack_lattice_row(const qni_field *field, int64_t y, int64_t z, qni_scan *scan, uint8_t *bits) {
+    const int64_t points = field->samples[0];
+    if (is_virtual(field, 1, y) || is_virtual(field, 2, z)) {
+        memset(bits, field->inside_below ? 0xff : 0, (size_t)scan->row_bytes);
+        return;
+    }
+    if (!field->direct) {
+        qni_field_load_lattice_row(field, y, z, scan->values);
+        memset(bits, 0, (size_t)scan->row_bytes);
+        for (int64_t n = 0; n < points; ++n)
+            bits[n / 8] = (uint8_t)(bits[n / 8] | (unsigned)(scan->values[n] >= 0) << (n % 8));
+        return;
+    }
+    if (qni_field_pack_row(field, y - field->border, z - field->border, bits))
+        scan->met_nonfinite = true;
+    if (field->border) {
+        shift_up(bits, scan->row_bytes);
+        set_bit(bits, 0, field->inside_below);
+        set_bit(bits, points - 1, field->inside_below);
+    }
+}
+
+/* Beyond the lattice's end the last point is repeated, so that nothing there looks like surface. */
+static void repeat_last(const qni_field *field, qni_scan *scan, uint8_t *bits) {
+    int64_t points = field->samples[0], end = scan->row_bytes * 8;
+    bool last = bits[(points - 1) / 8] >> ((points - 1) % 8) & 1;
+    int64_t n = points;
+    for (; n < end && n % 8; ++n)
+        set_bit(bits, n, last);
+    memset(bits + n / 8, last ? 0xff : 0, (size_t)((end - n) / 8));
+}
+
+static void gather_all_and_any(qni_scan *scan) {
+    const int64_t words = scan->row_bytes / 8;
+    memcpy(scan->all, scan->bits, (size_t)scan->row_bytes);
+    memcpy(scan->any, scan->bits, (size_t)scan->row_bytes);
+    uint64_t *all = (uint64_t *)(void *)scan->all, *any = (uint64_t *)(void *)scan->any;
+    for (int row = 1; row < ROWS; ++row) {
+        const uint64_t *bits = (const uint64_t *)(const void *)(scan->bits + row * scan->row_bytes);
+        for (int64_t w = 0; w < words; ++w) {
+            all[w] &= bits[w];
+            any[w] |= bits[w];
+        }
+    }
+}
+
+void qni_field_scan_row(const qni_field *field, int64_t row, qni_scan *scan) {
+    int32_t leaf[2];
+    qni_field_row_leaf(field, row, leaf);
+    for (int n = 0; n < ROWS; ++n) {
+        int64_t y = (int64_t)leaf[0] * QNI_LEAF + n % QNI_LEAF_SAMPLES;
+        int64_t z = (int64_t)leaf[1] * QNI_LEAF + n / QNI_LEAF_SAMPLES;
+        uint8_t *bits = scan->bits + n * scan->row_bytes;
+        if (y >= field->samples[1]) {
+            memcpy(bits, bits - scan->row_bytes, (size_t)scan->row_bytes);
+        } else if (z >= field->samples[2]) {
+            memcpy(bits, bits - QNI_LEAF_SAMPLES * scan->row_bytes, (size_t)scan->row_bytes);
+        } else {
+            pack_lattice_row(field, y, z, scan, bits);
+            repeat_last(field, scan, bits);
+        }
+    }
+    gather_all_and_any(scan);
+}
+
+static unsigned nine_bits(const uint8_t *bits, int64_t leaf_x) {
+    return (bits[leaf_x] | (unsigned)bits[leaf_x + 1] << 8) & 0x1ffu;
+}
+
+bool qni_scan_is_mixed(const qni_scan *scan, int64_t leaf_x) {
+    return nine_bits(scan->all, leaf_x) != 0x1ffu && nine_bits(scan->any, leaf_x) != 0;
+}
+
+void qni_scan_leaf(const qni_scan *scan, int64_t leaf_x, uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES]) {
+    for (int n = 0; n < ROWS; ++n)
+        signs[n / QNI_LEAF_SAMPLES][n % QNI_LEAF_SAMPLES] =
+            (uint16_t)nine_bits(scan->bits + n * scan->row_bytes, leaf_x);
+}
