@@ -9,8 +9,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 enum { ALIGNMENT = 64 };
+
+/* Large blocks start on a huge page and ask for huge ones: a mesh of hundreds of megabytes written once would
+ * otherwise cost more time in page faults than in computing. */
+static const size_t huge_page = (size_t)2 << 20;
+static const size_t huge_from = (size_t)8 << 20;
 
 struct qn_context {
     qn_context_options options;
@@ -20,8 +26,16 @@ struct qn_context {
 
 static void *default_alloc(void *user, size_t size, size_t alignment) {
     (void)user;
+    alignment = size >= huge_from ? huge_page : alignment;
     size_t rounded = (size + alignment - 1) / alignment * alignment;
-    return rounded < size ? NULL : aligned_alloc(alignment, rounded ? rounded : alignment);
+    if (rounded < size)
+        return NULL;
+    void *pointer = aligned_alloc(alignment, rounded ? rounded : alignment);
+#ifdef MADV_HUGEPAGE
+    if (pointer && size >= huge_from)
+        madvise(pointer, rounded, MADV_HUGEPAGE); /* a hint: failing changes nothing */
+#endif
+    return pointer;
 }
 
 static void default_free(void *user, void *pointer, size_t size) {

@@ -160,17 +160,19 @@ static void load_tile_at_end(const qni_field *field, const int64_t from[3],
 
 void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
                          double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
-    int64_t from[3];
+    int64_t from[3], sample[3];
     bool inner = true;
     for (int a = 0; a < 3; ++a) {
         from[a] = (int64_t)leaf[a] * QNI_LEAF - 1;
-        int64_t first = from[a] - field->border;
-        inner = inner && first >= 0 && first + QNI_TILE <= field->grid->size[a];
+        sample[a] = from[a] - field->border;
+        inner = inner && sample[a] >= 0 && sample[a] + QNI_TILE <= field->grid->size[a];
     }
     if (!inner) {
         load_tile_at_end(field, from, tile);
         return;
     }
+    if (qni_grid_load_plain_tile(field, sample, tile))
+        return;
     for (int z = 0; z < QNI_TILE; ++z)
         for (int y = 0; y < QNI_TILE; ++y)
             load_row(field, from[0], from[1] + y, from[2] + z, QNI_TILE, tile[z][y]);
