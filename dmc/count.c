@@ -69,13 +69,13 @@ static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9]
     return extra;
 }
 
-static void count_leaf(const qni_field *field, const int32_t leaf[3], worker *w, qni_dmc_row *row,
-                       qni_dmc_leaf *out) {
+static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t band_row, worker *w,
+                       qni_dmc_row *row, qni_dmc_leaf *out) {
     uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
     qni_leaf_masks masks;
     const qni_leaf_extent extent = qni_leaf_extent_of(field, leaf);
     const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF, (int64_t)leaf[2] * QNI_LEAF};
-    qni_scan_leaf(&w->scan, leaf[0], signs);
+    qni_scan_leaf(&w->scan, band_row, leaf[0], signs);
     qni_leaf_masks_init(signs, &masks);
     out->x = leaf[0];
     out->vertex_base = (uint32_t)row->vertex_count;
@@ -97,18 +97,17 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], worker *w,
     w->tally.multiple_cells += out->multi_count;
 }
 
-static int64_t count_mixed(const qni_field *field, const qni_scan *scan) {
+static int64_t count_mixed(const qni_field *field, const qni_scan *scan, int32_t band_row) {
     int64_t count = 0;
     for (int64_t x = 0; x < field->leaves[0]; ++x)
-        count += qni_scan_is_mixed(scan, x);
+        count += qni_scan_is_mixed(scan, band_row, x);
     return count;
 }
 
-static bool count_row(qni_dmc *dmc, int64_t index, worker *w) {
+static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) {
     qni_dmc_row *row = dmc->rows + index;
     int32_t leaf[3];
-    qni_field_scan_row(&dmc->field, index, &w->scan);
-    int64_t mixed = count_mixed(&dmc->field, &w->scan);
+    int64_t mixed = count_mixed(&dmc->field, &w->scan, band_row);
     w->multi_count = 0;
     if (mixed == 0)
         return true;
@@ -119,12 +118,12 @@ static bool count_row(qni_dmc *dmc, int64_t index, worker *w) {
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     int64_t n = 0;
     for (int64_t x = 0; x < dmc->field.leaves[0]; ++x) {
-        if (!qni_scan_is_mixed(&w->scan, x))
+        if (!qni_scan_is_mixed(&w->scan, band_row, x))
             continue;
         if (!reserve_multis(dmc->context, w))
             return false;
         leaf[0] = (int32_t)x;
-        count_leaf(&dmc->field, leaf, w, row, row->leaves + n++);
+        count_leaf(&dmc->field, leaf, band_row, w, row, row->leaves + n++);
     }
     if (row->vertex_count > UINT32_MAX || row->quad_count > UINT32_MAX)
         return false;
@@ -135,6 +134,15 @@ static bool count_row(qni_dmc *dmc, int64_t index, worker *w) {
         row->multi_count = (int32_t)w->multi_count;
         memcpy(row->multis, w->multis, (size_t)w->multi_count * sizeof *row->multis);
     }
+    return true;
+}
+
+static bool count_band(qni_dmc *dmc, int64_t band, worker *w) {
+    const int64_t first = qni_field_band_row(&dmc->field, band);
+    qni_field_scan_band(&dmc->field, band, &w->scan);
+    for (int32_t n = 0; n < w->scan.rows; ++n)
+        if (!count_row(dmc, first + n, n, w))
+            return false;
     return true;
 }
 
@@ -181,17 +189,17 @@ static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
     return workers;
 }
 
-/* Rows in slabs, so that progress is told and cancelling is heard on the calling thread. */
-static qn_status count_rows(qni_dmc *dmc, worker *workers, int32_t threads, qn_error *error) {
-    const int64_t slab = 256;
-    for (int64_t from = 0; from < dmc->row_count; from += slab) {
-        int64_t end = from + slab < dmc->row_count ? from + slab : dmc->row_count;
-        if (qni_progress(dmc->context, "classify", (double)from / (double)dmc->row_count))
+/* Bands in slabs, so that progress is told and cancelling is heard on the calling thread. */
+static qn_status count_bands(qni_dmc *dmc, worker *workers, int32_t threads, qn_error *error) {
+    const int64_t slab = 64, bands = qni_field_band_count(&dmc->field);
+    for (int64_t from = 0; from < bands; from += slab) {
+        int64_t end = from + slab < bands ? from + slab : bands;
+        if (qni_progress(dmc->context, "classify", (double)from / (double)bands))
             return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
-#pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
-        for (int64_t r = from; r < end; ++r) {
+#pragma omp parallel for schedule(dynamic) num_threads(threads)
+        for (int64_t b = from; b < end; ++b) {
             worker *w = workers + qni_thread_index();
-            if (!w->failed && !count_row(dmc, r, w))
+            if (!w->failed && !count_band(dmc, b, w))
                 w->failed = true;
         }
         for (int32_t t = 0; t < threads; ++t)
@@ -222,7 +230,7 @@ qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error) {
     worker *workers = create_workers(dmc, threads, error);
     if (!workers)
         return QN_ERROR_OUT_OF_MEMORY;
-    qn_status status = count_rows(dmc, workers, threads, error);
+    qn_status status = count_bands(dmc, workers, threads, error);
     bool met_nonfinite = false;
     qni_dmc_note_memory(dmc, 0);
     memset(&dmc->tally, 0, sizeof dmc->tally);

@@ -302,40 +302,47 @@ static void note_neighbours(worker *w, neighbour_rows *rows, int32_t x, const qn
 
 /* ---- quads ----------------------------------------------------------------------------------- */
 
-/* The four cells round an edge along `axis`, counter-clockwise seen from its end, as steps back from the edge's own
- * cell, and the edge's number in each. */
-static const int8_t ring_back[3][4][3] = {
-    {{0, 1, 1}, {0, 0, 1}, {0, 0, 0}, {0, 1, 0}},
-    {{1, 0, 1}, {1, 0, 0}, {0, 0, 0}, {0, 0, 1}},
-    {{1, 1, 0}, {0, 1, 0}, {0, 0, 0}, {1, 0, 0}},
-};
+/* The four cells round an edge along each axis, counter-clockwise seen from the edge's end, as places in leaf_ids
+ * before the edge's own cell, and the edge's number in each. */
+enum { IDS_Y = IDS, IDS_Z = IDS * IDS };
+static const uint8_t ring_back[3][4] = {
+    {IDS_Y + IDS_Z, IDS_Z, 0, IDS_Y}, {1 + IDS_Z, 1, 0, IDS_Z}, {1 + IDS_Y, IDS_Y, 0, 1}};
 static const uint8_t ring_edge[3][4] = {{3, 2, 0, 1}, {7, 5, 4, 6}, {11, 10, 8, 9}};
 
+/* The polygons that the edge crosses in multiple cells are not their first ones. */
+static void pick_polygons(const leaf_ids *ids, int place, int axis, uint32_t corner[4]) {
+    const uint16_t *entries = &ids->entry[0][0][0];
+    for (int n = 0; n < 4; ++n) {
+        const uint16_t entry = entries[place - ring_back[axis][n]];
+        if (entry != NO_ENTRY)
+            corner[n] += (uint32_t)qni_entry_polygon_of_edge(entry, ring_edge[axis][n]);
+    }
+}
+
 static void emit_quads(const emission *job, worker *w, const qni_leaf_extent *extent, uint32_t *quad) {
-    const leaf_ids *ids = &w->ids;
-    for (int axis = 0; axis < 3; ++axis)
+    const uint32_t *first = &w->ids.first[0][0][0];
+    const bool any_multi = w->ids.any_multi;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int back[4] = {ring_back[axis][0], ring_back[axis][1], ring_back[axis][2], ring_back[axis][3]};
         for (int z = 0; z < QNI_LEAF; ++z) {
-            const uint64_t upper_first = w->masks.corner[0][z];
+            /* Values fall along the axis where the edge starts above: then the outside of an inside above lies ahead. */
+            const uint64_t forward = job->reverse ? ~w->masks.corner[0][z] : w->masks.corner[0][z];
             for (uint64_t rest = qni_quads_of_slice(&w->masks, extent, axis, z); rest; rest &= rest - 1) {
-                const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
-                /* Values fall along the axis: the outside of an inside that is above lies ahead. */
-                const bool falls = upper_first >> bit & 1;
-                uint32_t corner[4];
-                for (int n = 0; n < 4; ++n) {
-                    const int8_t *back = ring_back[axis][n];
-                    const int cx = x + 1 - back[0], cy = y + 1 - back[1], cz = z + 1 - back[2];
-                    corner[n] = ids->first[cz][cy][cx];
-                    if (ids->any_multi && ids->entry[cz][cy][cx] != NO_ENTRY)
-                        corner[n] += (uint32_t)qni_entry_polygon_of_edge(ids->entry[cz][cy][cx], ring_edge[axis][n]);
-                }
-                const bool forward = falls != job->reverse;
+                const int bit = __builtin_ctzll(rest);
+                const int place = (z + 1) * IDS_Z + ((bit >> 3) + 1) * IDS_Y + (bit & 7) + 1;
+                uint32_t corner[4] = {first[place - back[0]], first[place - back[1]], first[place - back[2]],
+                                      first[place - back[3]]};
+                if (any_multi)
+                    pick_polygons(&w->ids, place, axis, corner);
+                const int turn = (int)(forward >> bit & 1);
                 quad[0] = corner[0];
-                quad[1] = forward ? corner[1] : corner[3];
+                quad[1] = corner[turn ? 1 : 3];
                 quad[2] = corner[2];
-                quad[3] = forward ? corner[3] : corner[1];
+                quad[3] = corner[turn ? 3 : 1];
                 quad += 4;
             }
         }
+    }
 }
 
 /* ---- leaves, rows ---------------------------------------------------------------------------- */

@@ -56,27 +56,38 @@ double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);
 
 /* ---- leaves by their signs ------------------------------------------------------------------- */
 
-/* Room for the signs of one row of leaves along x. */
+/* Leaves come in rows along x, rows in bands of up to 8 neighbours along y, so that rows of samples are packed once
+ * and read in long runs. Bands are the unit of parallel work. */
+enum { QNI_BAND_ROWS = 8, QNI_BAND_LINES = QNI_BAND_ROWS * QNI_LEAF + 1 };
+
+/* Room for the signs of one band. */
 typedef struct qni_scan {
-    int64_t row_bytes;    /* bytes of one packed row of lattice points */
-    uint8_t *bits;        /* [81][row_bytes]: bit x of row 9 z + y: the point is above */
-    uint8_t *all, *any;   /* [row_bytes]: and, or over the 81 rows */
-    double *values;       /* [samples along x]: for rows without the direct form */
-    bool met_nonfinite;   /* a direct scan found a sample that is not finite: measure and begin again */
+    int64_t line_bytes; /* bytes of one packed line of lattice points along x */
+    uint8_t *bits;      /* [9][QNI_BAND_LINES][line_bytes]: bit x of line (z, y): the point is above */
+    uint8_t *all, *any; /* [QNI_BAND_ROWS][line_bytes]: and, or over the 81 lines of each row */
+    double *values;     /* [samples along x]: for lines without the direct form */
+    int32_t rows;       /* rows in the scanned band */
+    bool met_nonfinite; /* a direct scan found a sample that is not finite: measure and begin again */
 } qni_scan;
 
 qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan_out, qn_error *error);
 void qni_scan_destroy(qn_context *context, const qni_field *field, qni_scan *scan);
 
+/* Rows are numbered y first, in the order of the output. */
 int64_t qni_field_row_count(const qni_field *field);
-/* Leaf coordinates (y, z) of a row; rows are numbered in the order of the output. */
+/* Leaf coordinates (y, z) of a row. */
 void qni_field_row_leaf(const qni_field *field, int64_t row, int32_t leaf_yz[2]);
-/* Pack the signs of a row of leaves. */
-void qni_field_scan_row(const qni_field *field, int64_t row, qni_scan *scan);
-/* True when leaf x of the scanned row has points on both sides. */
-bool qni_scan_is_mixed(const qni_scan *scan, int64_t leaf_x);
-/* The signs of leaf x: bit i of signs[z][y] is lattice point (8 x + i, ...), i from 0 to 8. */
-void qni_scan_leaf(const qni_scan *scan, int64_t leaf_x, uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES]);
+
+int64_t qni_field_band_count(const qni_field *field);
+/* The first row of a band; the band's end is the next one's first row or the next layer. */
+int64_t qni_field_band_row(const qni_field *field, int64_t band);
+/* Pack the signs of a band. */
+void qni_field_scan_band(const qni_field *field, int64_t band, qni_scan *scan);
+/* True when leaf x of row `row` of the scanned band (0 the first) has points on both sides. */
+bool qni_scan_is_mixed(const qni_scan *scan, int32_t row, int64_t leaf_x);
+/* The signs of that leaf: bit i of signs[z][y] is lattice point (8 x + i, ...), i from 0 to 8. */
+void qni_scan_leaf(const qni_scan *scan, int32_t row, int64_t leaf_x,
+                   uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES]);
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
