@@ -51,7 +51,23 @@ static inline void qn_mesh_check_options_init(qn_mesh_check_options *options) {
 }
 
 /* What a mesh is. Edges are undirected pairs of vertex indices; quads count for geometry as the two
- * triangles of their MaxMin split. Vertices that no face uses are counted and otherwise ignored. */
+ * triangles of their MaxMin split. Vertices that no face uses are counted and otherwise ignored.
+ *
+ * Polygons.       In a face that names a vertex twice in a row the two corners are taken as one. When fewer than
+ *                 three different corners are left, or a vertex still comes twice, the face is no polygon:
+ *                 it is counted as degenerate and otherwise ignored.
+ * Fans.           Faces round a vertex belong to one fan when edges at that vertex join them, also edges of
+ *                 more than two faces: two cubes that share an edge have one non-manifold edge and no
+ *                 non-manifold vertex, two that share a corner have one non-manifold vertex. A mesh with neither
+ *                 is a 2-manifold, with boundary edges or without.
+ * Genus.          Of each component alone; one that is pinched, its own fans meeting at a vertex, has none.
+ * Geometry.       Faces with a vertex that is not finite are left out of bounds, area, volume, shape and
+ *                 self-intersections. The volume of a mesh that is not closed is measured from the centre
+ *                 of its bounds. Figures of shape are 0 where there is nothing to measure.
+ * Intersections.  Pairs of triangles. Without a common vertex index any contact counts, be it of two vertices
+ *                 at one place (join equal positions first to judge a mesh whose patches repeat their
+ *                 seams); with one, contact beyond that vertex; with two, an overlap in one plane; the same
+ *                 three vertices always. Triangles without area are left out: they are counted above. */
 typedef struct qn_mesh_report {
     int64_t vertex_count, quad_count, triangle_count, edge_count;
     int64_t unused_vertices;
@@ -59,7 +75,7 @@ typedef struct qn_mesh_report {
     int64_t nonmanifold_edges;     /* used by more than two faces */
     int64_t orientation_conflicts; /* edges of two faces that both run along them the same way */
     int64_t nonmanifold_vertices;  /* the faces round the vertex form more than one fan */
-    int64_t degenerate_faces;      /* a repeated vertex index, or no area in float coordinates */
+    int64_t degenerate_faces;      /* a repeated vertex index, or exactly no area in float coordinates */
     int64_t duplicate_faces;       /* faces with the same set of vertices as an earlier one */
     int64_t duplicate_positions;   /* vertices at exactly the same place as an earlier one */
     int64_t nonfinite_vertices;

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+/* Triangles in the order of a space-filling curve, and an eight-fold tree of boxes over them. */
+#ifndef QNI_MESH_BOX_TREE_H
+#define QNI_MESH_BOX_TREE_H
+
+#include "mesh/check.h"
+
+enum { QNI_BOX_WIDTH = 8, QNI_BOX_LEVELS = 24 };
+
+/* Eight boxes, side by side; missing ones are empty (low > high). */
+typedef struct qni_box_row {
+    float low[3][QNI_BOX_WIDTH], high[3][QNI_BOX_WIDTH];
+} qni_box_row;
+
+/* Row r of level 0 holds the boxes of triangles 8r .. 8r + 7; row r of level l + 1 the boxes round the rows
+ * 8r .. 8r + 7 of level l. The last level is one row. */
+typedef struct qni_box_tree {
+    int64_t triangle_count;
+    uint32_t (*triangles)[3];
+    int levels;
+    int64_t row_count[QNI_BOX_LEVELS];
+    qni_box_row *rows[QNI_BOX_LEVELS];
+} qni_box_tree;
+
+/* The triangles of the mesh's polygons that are finite and have an area, quads split. */
+qn_status qni_box_tree_create(qni_check *check, qni_check_span span, qni_box_tree *tree);
+void qni_box_tree_destroy(qni_check *check, qni_box_tree *tree);
+
+#endif

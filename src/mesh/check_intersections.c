@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+/* Pairs of triangles that meet where they should not: each row of eight triangles walks down the tree of
+ * boxes for the rows at or after its own, so that every pair is tried once. */
+#include "mesh/box_tree.h"
+#include "mesh/triangle_pair.h"
+#include "core/context.h"
+#include "core/status.h"
+
+#include <math.h>
+
+enum { BLOCK = 64 }; /* rows; small, so that a cancel is heard soon */
+
+typedef struct box {
+    float low[3], high[3];
+} box;
+
+typedef struct pair_job {
+    qni_check *check;
+    const qni_box_tree *tree;
+    int64_t *found; /* a block */
+} pair_job;
+
+/* Which of the row's boxes touch the box; bit k for slot k. */
+static unsigned touching(const qni_box_row *row, const box *b) {
+    int32_t hits[QNI_BOX_WIDTH];
+    for (int k = 0; k < QNI_BOX_WIDTH; ++k)
+        hits[k] = (row->low[0][k] <= b->high[0]) & (row->high[0][k] >= b->low[0]) &
+                  (row->low[1][k] <= b->high[1]) & (row->high[1][k] >= b->low[1]) &
+                  (row->low[2][k] <= b->high[2]) & (row->high[2][k] >= b->low[2]);
+    unsigned mask = 0;
+    for (int k = 0; k < QNI_BOX_WIDTH; ++k)
+        mask |= (unsigned)hits[k] << k;
+    return mask;
+}
+
+static box box_of_slot(const qni_box_row *row, int slot) {
+    box b;
+    for (int i = 0; i < 3; ++i) {
+        b.low[i] = row->low[i][slot];
+        b.high[i] = row->high[i][slot];
+    }
+    return b;
+}
+
+static box box_of_row(const qni_box_row *row) {
+    box b = box_of_slot(row, 0);
+    for (int i = 0; i < 3; ++i)
+        for (int k = 1; k < QNI_BOX_WIDTH; ++k) {
+            b.low[i] = fminf(b.low[i], row->low[i][k]);
+            b.high[i] = fmaxf(b.high[i], row->high[i][k]);
+        }
+    return b;
+}
+
+/* Pairs of a triangle of row a and a later one of row b. */
+static int64_t meet_rows(const pair_job *job, int64_t a, int64_t b) {
+    const qni_box_tree *tree = job->tree;
+    const float *positions = job->check->mesh.positions;
+    const qni_box_row *row_a = &tree->rows[0][a], *row_b = &tree->rows[0][b];
+    box whole_b = box_of_row(row_b);
+    int64_t found = 0;
+    for (unsigned left = touching(row_a, &whole_b); left; left &= left - 1) {
+        int i = __builtin_ctz(left);
+        box mine = box_of_slot(row_a, i);
+        unsigned mask = touching(row_b, &mine);
+        if (a == b)
+            mask &= 0xfeu << i;
+        for (; mask; mask &= mask - 1)
+            found += qni_triangles_meet(positions, tree->triangles[QNI_BOX_WIDTH * a + i],
+                                        tree->triangles[QNI_BOX_WIDTH * b + __builtin_ctz(mask)]);
+    }
+    return found;
+}
+
+typedef struct step {
+    int level;
+    int64_t row;
+} step;
+
+static int64_t meet_later_rows(const pair_job *job, int64_t a) {
+    const qni_box_tree *tree = job->tree;
+    step stack[QNI_BOX_LEVELS * QNI_BOX_WIDTH];
+    box mine = box_of_row(&tree->rows[0][a]);
+    int depth = 0;
+    int64_t found = 0;
+    stack[depth++] = (step){tree->levels - 1, 0};
+    while (depth > 0) {
+        step s = stack[--depth];
+        if (s.level == 0) {
+            found += meet_rows(job, a, s.row);
+            continue;
+        }
+        for (unsigned mask = touching(&tree->rows[s.level][s.row], &mine); mask; mask &= mask - 1) {
+            int64_t child = QNI_BOX_WIDTH * s.row + __builtin_ctz(mask);
+            int64_t end = (child + 1) << (3 * (s.level - 1)); /* of its rows on level 0 */
+            if (end > a)
+                stack[depth++] = (step){s.level - 1, child};
+        }
+    }
+    return found;
+}
+
+static void meet_block(void *pointer, int64_t block, int64_t begin, int64_t end) {
+    pair_job *job = pointer;
+    int64_t found = 0;
+    for (int64_t row = begin; row < end; ++row)
+        found += meet_later_rows(job, row);
+    job->found[block] = found;
+}
+
+static qn_status count_pairs(qni_check *check, const qni_box_tree *tree, qni_check_span span) {
+    int64_t rows = tree->row_count[0], blocks = qni_block_count(rows, BLOCK);
+    pair_job job = {check, tree, qni_alloc(check->context, blocks, sizeof *job.found)};
+    if (!job.found)
+        return qni_fail_memory(check->error, "the search for self-intersections");
+    qn_status status = qni_check_blocks(check, rows, BLOCK, span, meet_block, &job);
+    int64_t total = 0;
+    for (int64_t b = 0; status == QN_OK && b < blocks; ++b)
+        total += job.found[b];
+    check->report->self_intersections = total;
+    qni_free(check->context, job.found, blocks, sizeof *job.found);
+    return status;
+}
+
+qn_status qni_check_intersections(qni_check *check, qni_check_span span) {
+    double middle = span.from + 0.2 * (span.to - span.from);
+    const qni_check_span building = {span.from, middle}, pairing = {middle, span.to};
+    qni_box_tree tree;
+    QN_TRY(qni_box_tree_create(check, building, &tree));
+    qn_status status = count_pairs(check, &tree, pairing);
+    qni_box_tree_destroy(check, &tree);
+    return status;
+}
