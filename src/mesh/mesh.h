@@ -23,5 +23,7 @@ qn_status qni_mesh_alloc(qn_context *context, int64_t vertex_count, int64_t quad
 
 /* Which diagonal the MaxMin angle criterion takes: true for corners 0-2, false for 1-3. */
 bool qni_quad_splits_02(const float *positions, const uint32_t quad[4]);
+/* The two triangles of that split. */
+void qni_split_quad(const float *positions, const uint32_t quad[4], uint32_t triangles[6]);
 
 #endif

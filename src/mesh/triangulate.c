@@ -40,7 +40,7 @@ bool qni_quad_splits_02(const float *positions, const uint32_t quad[4]) {
     return along_02 <= along_13;
 }
 
-static void split_quad(const float *positions, const uint32_t q[4], uint32_t out[6]) {
+void qni_split_quad(const float *positions, const uint32_t q[4], uint32_t out[6]) {
     const uint32_t by_02[6] = {q[0], q[1], q[2], q[0], q[2], q[3]};
     const uint32_t by_13[6] = {q[0], q[1], q[3], q[1], q[2], q[3]};
     memcpy(out, qni_quad_splits_02(positions, q) ? by_02 : by_13, sizeof by_02);
@@ -59,7 +59,7 @@ qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *erro
     const uint32_t *quads = mesh->quads;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
     for (int64_t i = 0; i < quad_count; ++i)
-        split_quad(positions, quads + 4 * i, triangles + 6 * i);
+        qni_split_quad(positions, quads + 4 * i, triangles + 6 * i);
     if (mesh->triangle_count)
         memcpy(triangles + 6 * quad_count, mesh->triangles,
                (size_t)mesh->triangle_count * 3 * sizeof(uint32_t));

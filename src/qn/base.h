@@ -102,6 +102,12 @@ QN_API qn_memory_use qn_context_memory(const qn_context *context);
 /* Sets the peak to what is held at present, to measure one stage. */
 QN_API void qn_context_reset_peak(qn_context *context);
 
+/* Write `size` bytes into a file that appears whole or not at all: it is written under a temporary name in
+ * the same folder and renamed, so that a failure leaves nothing behind and keeps what was there. What is
+ * there and is not a regular file (/dev/stdout, a FIFO) is written directly.
+ * QN_ERROR_OUTPUT  the folder is missing, the disk is full, no right to write */
+QN_API qn_status qn_write_file(const char *path, const void *bytes, size_t size, qn_error *error);
+
 #ifdef __cplusplus
 }
 #endif

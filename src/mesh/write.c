@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+/* Writing a mesh: which format is meant, and the file that appears whole or not at all. */
+#include "core/context.h"
+#include "core/status.h"
+#include "mesh/format.h"
+
+#include <strings.h>
+
+static const char *const format_names[] = {"ply", "obj", "stl", "off", "glb"};
+
+qni_mesh_format qni_mesh_format_named(const char *name, size_t length) {
+    for (int format = QNI_PLY; format < QNI_NO_FORMAT; ++format)
+        if (length == 3 && strncasecmp(name, format_names[format], 3) == 0)
+            return (qni_mesh_format)format;
+    return QNI_NO_FORMAT;
+}
+
+qni_mesh_format qni_mesh_format_of_path(const char *path, bool gzip) {
+    size_t length = strlen(path);
+    if (gzip && length > 3 && strcasecmp(path + length - 3, ".gz") == 0)
+        length -= 3;
+    if (length < 4 || path[length - 4] != '.')
+        return QNI_NO_FORMAT;
+    return qni_mesh_format_named(path + length - 3, 3);
+}
+
+static qn_status choose_format(const char *path, const qn_mesh_write_options *options,
+                               qni_mesh_format *format_out, qn_error *error) {
+    bool named = options && options->format[0];
+    if (named) {
+        const char *name = options->format;
+        *format_out = qni_mesh_format_named(name, strnlen(name, sizeof options->format));
+    } else {
+        *format_out = qni_mesh_format_of_path(path, false);
+    }
+    if (*format_out != QNI_NO_FORMAT)
+        return QN_OK;
+    if (named)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "'%.8s' is no mesh format: take ply, obj, stl, off or glb", options->format);
+    return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                    "the name '%s' does not say which format is meant: end it in .ply, .obj, .stl, .off "
+                    "or .glb, or give the format",
+                    path);
+}
+
+qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
+                        const qn_mesh_write_options *options, qn_error *error) {
+    QNI_CHECK_OPTIONS(options, "qn_mesh_write_options_init", error);
+    qni_mesh_format format;
+    QN_TRY(choose_format(path, options, &format, error));
+    qni_write_job job = {context, qn_mesh_get_view(mesh), options && options->ascii};
+    if (options && options->skip_normals)
+        job.view.normals = NULL;
+    if (format == QNI_STL)
+        QN_TRY(qni_check_stl(&job, error));
+    if (format == QNI_GLB)
+        QN_TRY(qni_check_glb(&job, error));
+
+    static void (*const writers[])(const qni_write_job *, qni_output *) = {
+        qni_write_ply, qni_write_obj, qni_write_stl, qni_write_off, qni_write_glb};
+    qni_output output;
+    QN_TRY(qni_output_open(&output, context, path, error));
+    writers[format](&job, &output);
+    return qni_output_commit(&output, error);
+}
