@@ -37,7 +37,7 @@ have() {
 
 # Fills $missing with the packages the build cannot do without, $wanted with those it can do without.
 find_missing() {
-    missing= wanted=
+    missing='' wanted=''
     links stdlib.h || missing="$missing gcc libc6-dev"
     have meson || missing="$missing meson"
     have ninja || have ninja-build || have samu || missing="$missing ninja-build"
