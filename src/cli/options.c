@@ -112,7 +112,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
-     "nifti, nrrd, metaimage, npy or raw; ply, obj, stl or off. By default the name and the first bytes tell."},
+     "nifti, nrrd, metaimage, npy, inr, mitsuba or raw; ply, obj, stl or off. By default the name and the first bytes tell."},
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
      "which placement of a NIfTI file to use; auto takes the one with the higher code"},
     {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},
