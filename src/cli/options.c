@@ -1,0 +1,478 @@
+// SPDX-License-Identifier: MIT
+/* The one table of options. Parsing is here; help, man page and completion (help.c) read the same rows. */
+#include "options.h"
+#include "nearest.h"
+#include "number.h"
+#include "session.h"
+#include "verdict.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    OPTION_FIRST = 256,
+    OPTION_OUTPUT,
+    OPTION_ISO,
+    OPTION_MODE,
+    OPTION_QUADS,
+    OPTION_TRIS,
+    OPTION_CLOSED,
+    OPTION_INSIDE,
+    OPTION_NO_NORMALS,
+    OPTION_FROM,
+    OPTION_TRANSFORM,
+    OPTION_SPACING,
+    OPTION_ORIGIN,
+    OPTION_SHAPE,
+    OPTION_DTYPE,
+    OPTION_HEADER,
+    OPTION_TO,
+    OPTION_ASCII,
+    OPTION_DRY_RUN,
+    OPTION_CHECK,
+    OPTION_FAIL_ON,
+    OPTION_REPORT,
+    OPTION_JSON,
+    OPTION_SIZE,
+    OPTION_AZIMUTH,
+    OPTION_ELEVATION,
+    OPTION_ZOOM,
+    OPTION_EDGES,
+    OPTION_FLAT,
+    OPTION_THREADS,
+    OPTION_DEVICE,
+    OPTION_PROGRESS,
+    OPTION_QUIET,
+    OPTION_VERBOSE,
+    OPTION_HELP,
+    OPTION_VERSION,
+    OPTION_MAN,
+    OPTION_COMPLETION
+};
+
+enum {
+    MESH = 1 << VERB_MESH,
+    INFO = 1 << VERB_INFO,
+    CHECK = 1 << VERB_CHECK,
+    CONVERT = 1 << VERB_CONVERT,
+    VIEW = 1 << VERB_VIEW,
+    HELP = 1 << VERB_HELP,
+    WORK = MESH | INFO | CHECK | CONVERT | VIEW
+};
+
+// clang-format off
+const cli_verb_row cli_verbs[VERB_COUNT] = {
+    {"mesh", "VOLUME -o MESH [options]", "make the iso-surface of a volume as a mesh",
+     "Reads NIfTI, NRRD, MetaImage, NumPy and raw volumes; writes PLY, OBJ, STL, OFF and GLB in world coordinates, "
+     "with shared vertices and faces wound counter-clockwise seen from outside.",
+     "quoin mesh ct.nii.gz --iso 300 -o bone.ply\n"
+     "quoin mesh ct.nii.gz --iso 300,-500 -o 'tissue_{iso}.stl'\n"
+     "quoin mesh v.raw --shape 512,512,300 --dtype i16le --spacing 0.5,0.5,1.2 --iso 150 -o v.glb\n"
+     "quoin mesh ct.nii.gz --iso 300 -o - --to ply | other-program", 1, 1},
+    {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
+     "quoin info ct.nii.gz\n"
+     "quoin info --json ct.nii.gz", 1, 1},
+    {"check", "MESH [options]", "say whether a mesh is closed, manifold, oriented and free of self-intersections",
+     "Prints a table and a verdict on stdout. Exits 6 when a fault named by --fail-on is found; by default these are "
+     "open, nonmanifold, orientation, intersect and nonfinite.",
+     "quoin check bone.ply\n"
+     "quoin check bone.ply --fail-on open,orientation", 1, 1},
+    {"convert", "MESH MESH [options]", "copy a mesh into another format", NULL,
+     "quoin convert bone.ply bone.stl\n"
+     "quoin convert bone.ply -o bone.obj --tris", 1, 2},
+    {"view", "MESH -o PICTURE.png [options]", "draw a shaded picture of a mesh, without display or GPU", NULL,
+     "quoin view bone.ply -o bone.png\n"
+     "quoin view bone.ply -o bone.png --size 1200x900 --azimuth 120 --edges", 1, 1},
+    {"help", "[VERB]", "show help for the tool or a verb", NULL, "quoin help mesh", 0, 1},
+};
+
+const cli_option_row cli_option_rows[] = {
+    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CONVERT | VIEW, "Output",
+     "the file to write; - is stdout (then --to is needed). With several iso-values the name holds {iso}."},
+    {OPTION_TO, 0, "to", "FORMAT", MESH | CONVERT, NULL,
+     "ply, obj, stl, off or glb, whatever the file is called"},
+    {OPTION_ASCII, 0, "ascii", NULL, MESH | CONVERT, NULL, "PLY and STL as text instead of binary"},
+    {OPTION_NO_NORMALS, 0, "no-normals", NULL, MESH | CONVERT, NULL, "leave the vertex normals out"},
+    {OPTION_JSON, 0, "json", NULL, INFO | CHECK, NULL, "print JSON on stdout instead of a table"},
+    {OPTION_REPORT, 0, "report", "FILE", MESH | CHECK, NULL,
+     "write a JSON report (- is stdout): input, options, counts, timings, memory and all of check"},
+
+    {OPTION_ISO, 0, "iso", "V[,V...]|auto", MESH, "Surface",
+     "iso-values; auto (the default) takes the one that info suggests"},
+    {OPTION_INSIDE, 0, "inside", "above|below|auto", MESH, NULL,
+     "which side is solid. auto takes below for signed distances (a float volume with both signs whose suggested "
+     "iso-value is 0), else above."},
+    {OPTION_CLOSED, 0, "closed", "on|off", MESH, NULL,
+     "on (the default) closes the surface half a voxel outside the outermost samples; off leaves it open"},
+    {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
+    {OPTION_TRIS, 0, "tris", NULL, MESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
+    {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
+
+    {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
+     "nifti, nrrd, metaimage, npy, inr, mitsuba or raw; ply, obj, stl or off. By default the name and the first bytes tell."},
+    {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
+     "which placement of a NIfTI file to use; auto takes the one with the higher code"},
+    {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},
+    {OPTION_ORIGIN, 0, "origin", "X,Y,Z", MESH | INFO, NULL, "place of the first sample, instead of the header's"},
+    {OPTION_SHAPE, 0, "shape", "X,Y,Z", MESH | INFO, NULL, "raw files: samples along x (fastest), y and z"},
+    {OPTION_DTYPE, 0, "dtype", "TYPE", MESH | INFO, NULL,
+     "raw files: u8 i8 u16 i16 u32 i32 f32 f64, with le or be for the byte order (little when left out)"},
+    {OPTION_HEADER, 0, "header", "BYTES", MESH | INFO, NULL, "raw files: bytes to skip at the start (after unpacking gzip)"},
+
+    {OPTION_CHECK, 0, "check", NULL, MESH, "Checks",
+     "check the mesh; exit 6 when it is not closed (unless --closed off) or not oriented"},
+    {OPTION_FAIL_ON, 0, "fail-on", "LIST", MESH | CHECK, NULL,
+     "the faults that make the exit code 6, out of open, nonmanifold, orientation, intersect, degenerate, duplicate, "
+     "nonfinite; or all, or none"},
+    {OPTION_DRY_RUN, 0, "dry-run", NULL, MESH, NULL, "count and estimate memory and file size; write no mesh"},
+
+    {OPTION_SIZE, 0, "size", "WxH", VIEW, "Picture", "width and height in pixels (800x600)"},
+    {OPTION_AZIMUTH, 0, "azimuth", "DEGREES", VIEW, NULL, "where the camera stands, turning from +x towards +y (40)"},
+    {OPTION_ELEVATION, 0, "elevation", "DEGREES", VIEW, NULL, "how high it stands above the xy plane (25)"},
+    {OPTION_ZOOM, 0, "zoom", "FACTOR", VIEW, NULL, "1 just fits the whole mesh"},
+    {OPTION_EDGES, 0, "edges", NULL, VIEW, NULL, "draw the mesh's edges"},
+    {OPTION_FLAT, 0, "flat", NULL, VIEW, NULL, "shade by face instead of by vertex normal"},
+
+    {OPTION_THREADS, 't', "threads", "N", WORK, "General", "worker threads; 0 (the default) is all cores. The result is the same for any number."},
+    {OPTION_DEVICE, 0, "device", "auto|cpu|cuda", MESH, NULL, "where to work; cpu is built in"},
+    {OPTION_PROGRESS, 0, "progress", "auto|bar|none", WORK, NULL, "auto shows a bar when stderr is a terminal"},
+    {OPTION_QUIET, 'q', "quiet", NULL, WORK, NULL, "say nothing but errors"},
+    {OPTION_VERBOSE, 'v', "verbose", NULL, WORK, NULL, "say more; twice: still more"},
+    {OPTION_HELP, 'h', "help", NULL, WORK | HELP, NULL, "show this help"},
+    {OPTION_VERSION, 0, "version", NULL, WORK | HELP, NULL, "show the version"},
+    {OPTION_MAN, 0, "man", NULL, HELP, NULL, "print the man page (roff)"},
+    {OPTION_COMPLETION, 0, "completion", NULL, HELP, NULL, "print the completion script for bash"},
+};
+// clang-format on
+const int cli_option_count = (int)(sizeof cli_option_rows / sizeof cli_option_rows[0]);
+
+static bool wrong(const cli_option_row *row, const char *text, const char *form) {
+    cli_say("--%s %s: not of the right form; for example --%s %s", row->name, text, row->name,
+            form);
+    return false;
+}
+
+/* Finds the text among "a|b|c" of the row. */
+static bool choose(const cli_option_row *row, const char *text, int *index_out) {
+    const char *choice = row->argument;
+    size_t length = strlen(text);
+    for (int index = 0;; ++index) {
+        size_t size = strcspn(choice, "|");
+        if (size == length && strncmp(choice, text, size) == 0) {
+            *index_out = index;
+            return true;
+        }
+        if (!choice[size])
+            break;
+        choice += size + 1;
+    }
+    cli_say("--%s %s: choose one of %s", row->name, text, row->argument);
+    return false;
+}
+
+static bool copy_word(const cli_option_row *row, const char *text, char *word, size_t size) {
+    if (strlen(text) >= size || !*text) {
+        cli_say("--%s %s: no such format; see 'quoin help'", row->name, text);
+        return false;
+    }
+    memcpy(word, text, strlen(text) + 1);
+    return true;
+}
+
+static bool set_isovalues(cli_options *options, const cli_option_row *row, const char *text) {
+    free(options->isovalues);
+    options->isovalues = NULL;
+    options->isovalue_count = 0;
+    if (strcmp(text, "auto") == 0)
+        return true;
+    int count = 1;
+    for (const char *c = text; *c; ++c)
+        count += *c == ',';
+    options->isovalues = calloc((size_t)count, sizeof *options->isovalues);
+    if (!options->isovalues || !number_parse_reals(text, ',', count, options->isovalues))
+        return wrong(row, text, "300 or --iso 300,-500 or --iso auto");
+    options->isovalue_count = count;
+    for (int i = 0; i < count; ++i) {
+        if (!isfinite(options->isovalues[i]))
+            return wrong(row, text, "300 (a finite number)");
+        for (int j = 0; j < i; ++j)
+            if (options->isovalues[i] == options->isovalues[j]) {
+                cli_say("--iso %s: an iso-value is given twice; leave one out", text);
+                return false;
+            }
+    }
+    return true;
+}
+
+static bool set_spacing(cli_options *options, const cli_option_row *row, const char *text) {
+    double *spacing = options->read.spacing;
+    if (!number_parse_reals(text, ',', 3, spacing))
+        return wrong(row, text, "0.5,0.5,1.2");
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(spacing[axis] > 0 && isfinite(spacing[axis])))
+            return wrong(row, text, "0.5,0.5,1.2 (three positive numbers)");
+    return options->read.has_spacing = true;
+}
+
+static bool set_origin(cli_options *options, const cli_option_row *row, const char *text) {
+    double *origin = options->read.origin;
+    if (!number_parse_reals(text, ',', 3, origin) || !isfinite(origin[0]) ||
+        !isfinite(origin[1]) || !isfinite(origin[2]))
+        return wrong(row, text, "-90,-126,-72");
+    return options->read.has_origin = true;
+}
+
+static bool set_shape(cli_options *options, const cli_option_row *row, const char *text) {
+    int64_t *size = options->read.raw_size;
+    if (!number_parse_integers(text, ',', 3, size) || size[0] < 1 || size[1] < 1 || size[2] < 1)
+        return wrong(row, text, "512,512,300 (three whole numbers of at least 1)");
+    return true;
+}
+
+static bool set_dtype(cli_options *options, const cli_option_row *row, const char *text) {
+    for (int scalar = 0; scalar < QN_SCALAR_COUNT; ++scalar) {
+        const char *name = qn_scalar_name((qn_scalar)scalar);
+        size_t length = strlen(name);
+        if (strncmp(text, name, length) != 0)
+            continue;
+        const char *order = text + length;
+        bool big = strcmp(order, "be") == 0;
+        if (*order && !big && strcmp(order, "le") != 0)
+            break;
+        options->read.raw_scalar = (qn_scalar)scalar;
+        options->read.raw_big_endian = big;
+        return true;
+    }
+    return wrong(row, text, "i16le (u8 i8 u16 i16 u32 i32 f32 f64, with le or be)");
+}
+
+static bool set_size(cli_options *options, const cli_option_row *row, const char *text) {
+    int64_t size[2];
+    if (!number_parse_integers(text, 'x', 2, size) || size[0] < 1 || size[1] < 1 ||
+        size[0] > 16384 || size[1] > 16384)
+        return wrong(row, text, "800x600 (at most 16384x16384)");
+    options->width = (int32_t)size[0];
+    options->height = (int32_t)size[1];
+    return true;
+}
+
+static bool set_whole(const cli_option_row *row, const char *text, int64_t most,
+                      const char *example, int64_t *value_out) {
+    if (number_parse_integer(text, value_out) && *value_out >= 0 && *value_out <= most)
+        return true;
+    return wrong(row, text, example);
+}
+
+static bool set_finite(const cli_option_row *row, const char *text, const char *example,
+                       double *value_out) {
+    if (number_parse_real(text, value_out) && isfinite(*value_out))
+        return true;
+    return wrong(row, text, example);
+}
+
+/* Options whose value is taken from a list. Returns an exit code. */
+static int apply_choice(cli_options *options, const cli_option_row *row, const char *text) {
+    int index;
+    if (!choose(row, text, &index))
+        return CLI_USAGE;
+    switch (row->id) {
+    case OPTION_INSIDE:
+        options->inside = (cli_inside_choice)index;
+        break;
+    case OPTION_CLOSED:
+        options->open = index == 1;
+        options->closed_given = true;
+        break;
+    case OPTION_TRANSFORM:
+        options->read.transform = (qn_transform_choice)index;
+        break;
+    case OPTION_PROGRESS:
+        options->progress = (cli_progress_choice)index;
+        break;
+    case OPTION_MODE:
+        if (index == 1) {
+            cli_say("--mode cms is not built in yet: take --mode dmc");
+            return CLI_UNSUPPORTED;
+        }
+        break;
+    case OPTION_DEVICE:
+        if (index == 2) {
+            cli_say("--device cuda is not built in: take --device cpu, or leave it out");
+            return CLI_UNSUPPORTED;
+        }
+        break;
+    }
+    return 0;
+}
+
+/* Options without an argument. */
+static void apply_flag(cli_options *options, const cli_option_row *row) {
+    switch (row->id) {
+    case OPTION_QUADS: options->triangles = false; break;
+    case OPTION_TRIS: options->triangles = true; break;
+    case OPTION_NO_NORMALS: options->skip_normals = true; break;
+    case OPTION_ASCII: options->ascii = true; break;
+    case OPTION_DRY_RUN: options->dry_run = true; break;
+    case OPTION_CHECK: options->check = true; break;
+    case OPTION_JSON: options->json = true; break;
+    case OPTION_EDGES: options->edges = true; break;
+    case OPTION_FLAT: options->flat = true; break;
+    case OPTION_QUIET: options->quiet = true; break;
+    case OPTION_VERBOSE: options->verbose++; break;
+    case OPTION_HELP: options->help = true; break;
+    case OPTION_VERSION: options->version = true; break;
+    case OPTION_MAN: options->man = true; break;
+    case OPTION_COMPLETION: options->completion = true; break;
+    }
+}
+
+/* Options with an argument of their own form. */
+static bool apply_value(cli_options *options, const cli_option_row *row, const char *text) {
+    int64_t whole = 0;
+    bool good = true;
+    switch (row->id) {
+    case OPTION_OUTPUT: options->output = text; break;
+    case OPTION_REPORT: options->report = text; break;
+    case OPTION_ISO: return set_isovalues(options, row, text);
+    case OPTION_SPACING: return set_spacing(options, row, text);
+    case OPTION_ORIGIN: return set_origin(options, row, text);
+    case OPTION_SHAPE: return set_shape(options, row, text);
+    case OPTION_DTYPE: return set_dtype(options, row, text);
+    case OPTION_SIZE: return set_size(options, row, text);
+    case OPTION_FROM: return copy_word(row, text, options->from, sizeof options->from);
+    case OPTION_TO: return copy_word(row, text, options->to, sizeof options->to);
+    case OPTION_FAIL_ON:
+        options->fail_on_given = true;
+        return verdict_parse_faults(text, &options->fail_on);
+    case OPTION_HEADER:
+        return set_whole(row, text, INT64_MAX, "352 (a number of bytes)", &options->read.raw_header);
+    case OPTION_THREADS:
+        good = set_whole(row, text, 4096, "4 (0 to 4096)", &whole);
+        options->threads = (int32_t)whole;
+        break;
+    case OPTION_AZIMUTH:
+        options->has_azimuth = true;
+        return set_finite(row, text, "120", &options->azimuth);
+    case OPTION_ELEVATION:
+        options->has_elevation = true;
+        return set_finite(row, text, "25", &options->elevation);
+    case OPTION_ZOOM:
+        if (!set_finite(row, text, "1.5", &options->zoom))
+            return false;
+        return options->zoom > 0 || wrong(row, text, "1.5 (more than 0)");
+    }
+    return good;
+}
+
+static bool is_choice(const cli_option_row *row) {
+    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_TRANSFORM ||
+           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
+}
+
+static int apply(cli_options *options, const cli_option_row *row, const char *text) {
+    if (!(row->verbs & 1u << options->verb)) {
+        char verbs[128] = "";
+        for (int verb = 0; verb < VERB_COUNT; ++verb)
+            if (row->verbs & 1u << verb) {
+                strcat(verbs, *verbs ? ", " : "");
+                strcat(verbs, cli_verbs[verb].name);
+            }
+        return cli_usage("--%s is not an option of 'quoin %s' but of: %s", row->name,
+                         cli_verbs[options->verb].name, verbs);
+    }
+    if (!row->argument) {
+        apply_flag(options, row);
+        return 0;
+    }
+    if (is_choice(row))
+        return apply_choice(options, row, text);
+    return apply_value(options, row, text) ? 0 : CLI_USAGE;
+}
+
+static const cli_option_row *find_row(int code) {
+    for (int i = 0; i < cli_option_count; ++i)
+        if (cli_option_rows[i].id == code || (code && cli_option_rows[i].letter == code))
+            return &cli_option_rows[i];
+    return NULL;
+}
+
+static int unknown_option(const cli_options *options, const char *text) {
+    const char *names[64];
+    int count = 0;
+    for (int i = 0; i < cli_option_count && count < 64; ++i)
+        if (cli_option_rows[i].verbs & 1u << options->verb)
+            names[count++] = cli_option_rows[i].name;
+    const char *close = strncmp(text, "--", 2) == 0 ? nearest_word(text + 2, names, count) : NULL;
+    if (close)
+        return cli_usage("%s is not an option of 'quoin %s'; did you mean --%s?", text,
+                         cli_verbs[options->verb].name, close);
+    return cli_usage("%s is not an option of 'quoin %s'; see 'quoin help %s'", text,
+                     cli_verbs[options->verb].name, cli_verbs[options->verb].name);
+}
+
+static int bad_option(const cli_options *options, int code, char **argv) {
+    char letter[3] = {'-', (char)optopt, '\0'};
+    const cli_option_row *row = find_row(optopt);
+    if (code == ':' && row)
+        return cli_usage("--%s needs an argument: --%s %s", row->name, row->name, row->argument);
+    if (row && optopt >= OPTION_FIRST)
+        return cli_usage("--%s takes no argument", row->name);
+    return unknown_option(options, optopt && !row ? letter : argv[optind - 1]);
+}
+
+static int read_operands(cli_options *options, int argc, char **argv) {
+    const cli_verb_row *verb = &cli_verbs[options->verb];
+    int count = argc - optind;
+    if (options->help || options->version)
+        return 0;
+    if (count < verb->least_operands)
+        return cli_usage("which file? quoin %s %s", verb->name, verb->synopsis);
+    if (count > verb->most_operands)
+        return cli_usage("%s: one file too many; quoin %s %s", argv[optind + verb->most_operands],
+                         verb->name, verb->synopsis);
+    options->input = count > 0 ? argv[optind] : NULL;
+    if (count > 1 && options->output)
+        return cli_usage("%s and -o %s: give one output", argv[optind + 1], options->output);
+    if (count > 1)
+        options->output = argv[optind + 1];
+    return 0;
+}
+
+int cli_options_parse(cli_verb verb, int argc, char **argv, cli_options *options) {
+    struct option long_options[64] = {{0}};
+    char letters[64] = ":", *letter = letters + 1;
+    for (int i = 0; i < cli_option_count; ++i) {
+        const cli_option_row *row = &cli_option_rows[i];
+        long_options[i].name = row->name;
+        long_options[i].has_arg = row->argument ? required_argument : no_argument;
+        long_options[i].val = row->id;
+        if (row->letter) {
+            *letter++ = row->letter;
+            if (row->argument)
+                *letter++ = ':';
+        }
+    }
+    *letter = '\0';
+    memset(options, 0, sizeof *options);
+    options->verb = verb;
+    options->inside = INSIDE_AUTO;
+    qn_volume_read_options_init(&options->read);
+    opterr = 0;
+    optind = 2;
+    int code;
+    while ((code = getopt_long(argc, argv, letters, long_options, NULL)) != -1) {
+        const cli_option_row *row = code == '?' || code == ':' ? NULL : find_row(code);
+        int exit_code = row ? apply(options, row, optarg) : bad_option(options, code, argv);
+        if (exit_code)
+            return exit_code;
+    }
+    return read_operands(options, argc, argv);
+}
+
+void cli_options_free(cli_options *options) {
+    free(options->isovalues);
+    options->isovalues = NULL;
+}
