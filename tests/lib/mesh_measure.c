@@ -25,20 +25,33 @@ static side *add_face(side *next, const uint32_t *face, int corners) {
     return next;
 }
 
+/* All sides of all faces, those along the same edge side by side; to be freed. */
+static side *sorted_sides(const qn_mesh_view *view, int64_t *count) {
+    *count = 4 * view->quad_count + 3 * view->triangle_count;
+    side *sides = test_alloc((size_t)*count, sizeof *sides), *next = sides;
+    for (int64_t q = 0; q < view->quad_count; ++q)
+        next = add_face(next, view->quads + 4 * q, 4);
+    for (int64_t t = 0; t < view->triangle_count; ++t)
+        next = add_face(next, view->triangles + 3 * t, 3);
+    qsort(sides, (size_t)*count, sizeof *sides, compare_sides);
+    return sides;
+}
+
+/* The end of the run of sides along one edge, and how many more go forward than back. */
+static int64_t edge_end(const side *sides, int64_t count, int64_t first, int64_t *balance) {
+    int64_t end = first;
+    for (*balance = 0; end < count && compare_sides(&sides[first], &sides[end]) == 0; ++end)
+        *balance += sides[end].forward;
+    return end;
+}
+
 test_edges test_mesh_edges(const qn_mesh *mesh) {
     qn_mesh_view view = qn_mesh_get_view(mesh);
-    int64_t count = 4 * view.quad_count + 3 * view.triangle_count;
-    side *sides = test_alloc((size_t)count, sizeof *sides), *next = sides;
-    for (int64_t q = 0; q < view.quad_count; ++q)
-        next = add_face(next, view.quads + 4 * q, 4);
-    for (int64_t t = 0; t < view.triangle_count; ++t)
-        next = add_face(next, view.triangles + 3 * t, 3);
-    qsort(sides, (size_t)count, sizeof *sides, compare_sides);
+    int64_t count, balance;
+    side *sides = sorted_sides(&view, &count);
     test_edges edges = {0, 0, 0, 0};
     for (int64_t i = 0, end; i < count; i = end) {
-        int64_t balance = 0;
-        for (end = i; end < count && compare_sides(&sides[i], &sides[end]) == 0; ++end)
-            balance += sides[end].forward;
+        end = edge_end(sides, count, i, &balance);
         edges.count += 1;
         edges.unbalanced += balance != 0;
         edges.once += end - i == 1;
@@ -46,6 +59,26 @@ test_edges test_mesh_edges(const qn_mesh *mesh) {
     }
     free(sides);
     return edges;
+}
+
+static bool within(const float *place, const double low[3], const double high[3]) {
+    for (int a = 0; a < 3; ++a)
+        if (!((double)place[a] > low[a] && (double)place[a] < high[a]))
+            return false;
+    return true;
+}
+
+int64_t test_mesh_cracks(const qn_mesh *mesh, const double low[3], const double high[3]) {
+    qn_mesh_view view = qn_mesh_get_view(mesh);
+    int64_t count, balance, cracks = 0;
+    side *sides = sorted_sides(&view, &count);
+    for (int64_t i = 0, end; i < count; i = end) {
+        end = edge_end(sides, count, i, &balance);
+        cracks += balance != 0 && (within(view.positions + 3 * (int64_t)sides[i].low, low, high) ||
+                                   within(view.positions + 3 * (int64_t)sides[i].high, low, high));
+    }
+    free(sides);
+    return cracks;
 }
 
 static void subtract(const float *a, const float *b, double out[3]) {

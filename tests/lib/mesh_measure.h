@@ -14,6 +14,9 @@ typedef struct test_edges {
 
 /* Edges of all quads and triangles, by sorting. */
 test_edges test_mesh_edges(const qn_mesh *mesh);
+/* Unbalanced edges with an end strictly within the box: cracks, when the box leaves out the border's
+ * cells. */
+int64_t test_mesh_cracks(const qn_mesh *mesh, const double low[3], const double high[3]);
 /* Area of the faces and signed volume, quads as two triangles from their first corner. */
 void test_mesh_area_volume(const qn_mesh *mesh, double *area, double *volume);
 /* The number of pieces that share vertices, and whether the vertices of all faces are finite. */
