@@ -8,28 +8,26 @@
 #include "face/face_hd.h"
 
 typedef struct qni_cell_choice {
-    int entry;     /* of cases_hd.h */
-    int ambiguous; /* number of ambiguous faces */
-    int tied;      /* of these, how many are decided by the tie rule */
+    int entry;           /* of cases_hd.h */
+    int ambiguous_faces; /* a mask */
+    int tied_faces;      /* those of them that the tie rule decides */
 } qni_cell_choice;
 
 /* Look at every ambiguous face of a cell with corner values d (less iso) and find its entry. */
 QN_HD static inline qni_cell_choice qni_cell_resolve(const double d[8], int case_index) {
     const int faces = qni_case_ambiguous_faces(case_index);
     qni_cell_choice choice;
-    int packed = 0;
-    choice.ambiguous = 0;
-    choice.tied = 0;
+    int packed = 0, count = 0;
+    choice.ambiguous_faces = faces;
+    choice.tied_faces = 0;
     for (int face = 0; face < QNI_FACES; ++face) {
         if (!(faces >> face & 1))
             continue;
         const double v0 = d[qni_face_corner(face, 0)], v1 = d[qni_face_corner(face, 1)];
         const double v2 = d[qni_face_corner(face, 2)], v3 = d[qni_face_corner(face, 3)];
-        const int sign = v0 >= 0 ? qni_determinant_sign(v0, v2, v1, v3) : qni_determinant_sign(v1, v3, v0, v2);
-        const int joins = v0 >= 0 ? qni_face_joins_above(v0, v2, v1, v3) : qni_face_joins_above(v1, v3, v0, v2);
-        packed |= joins << choice.ambiguous;
-        ++choice.ambiguous;
-        choice.tied += sign == 0;
+        const int sign = v0 >= 0 ? qni_face_saddle_sign(v0, v2, v1, v3) : qni_face_saddle_sign(v1, v3, v0, v2);
+        packed |= qni_face_joins_above(sign) << count++;
+        choice.tied_faces |= (sign == 0) << face;
     }
     choice.entry = qni_case_offset(case_index) + packed;
     return choice;

@@ -43,8 +43,11 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
         for (int c = 0; c < 8; ++c)
             d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
         qni_cell_choice choice = qni_cell_resolve(d, case_index);
-        w->tally.ambiguous_faces += choice.ambiguous;
-        w->tally.tied_faces += choice.tied;
+        int own = 1 << 0 | 1 << 2 | 1 << 4; /* faces are counted by the cell above them, or by the last cell */
+        for (int a = 0; a < 3; ++a)
+            own |= (at[a] == field->cells[a] - 1) << (2 * a + 1);
+        w->tally.ambiguous_faces += __builtin_popcount((unsigned)(choice.ambiguous_faces & own));
+        w->tally.tied_faces += __builtin_popcount((unsigned)(choice.tied_faces & own));
         *entry = choice.entry;
     }
     return qni_entry_polygons(*entry);

@@ -53,8 +53,9 @@ static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals,
     return QN_OK;
 }
 
+/* Fields whose scan cannot meet their non-finite samples: no direct form, or no cell at all. */
 static bool needs_measuring(const qni_field *field) {
-    return !field->direct && (field->grid->scalar == QN_F32 || field->grid->scalar == QN_F64);
+    return (!field->direct || qni_field_row_count(field) == 0) && (field->grid->scalar == QN_F32 || field->grid->scalar == QN_F64);
 }
 
 qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,

@@ -289,31 +289,63 @@ QN_HD static inline int qni_widest_face(const qni_polygon *polygon, const double
     return face;
 }
 
+/* The nearest point to the polygon's middle on the slice at `at` along `axis`, if nearer than `best`, the squared
+ * distance so far (negative: none yet). */
+QN_HD static inline void qni_try_slice(const qni_polygon *polygon, const double d[8], int axis, double at,
+                                       double *best, double point[3]) {
+    const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    const double middle[2] = {polygon->middle[p], polygon->middle[q]};
+    const double off = at - polygon->middle[axis];
+    qni_square square;
+    double uw[2] = {0, 0};
+    qni_slice(polygon, d, axis, at, &square);
+    const double in_slice = qni_square_point(&square, middle, uw);
+    const double distance = in_slice + off * off;
+    if (in_slice < 0 || (*best >= 0 && distance >= *best))
+        return;
+    *best = distance;
+    point[axis] = at;
+    point[p] = uw[0];
+    point[q] = uw[1];
+}
+
+/* A face arc of the polygon, or at last one of its crossings: these are on its branch too. */
+QN_HD static inline void qni_point_on_face(const qni_polygon *polygon, const double d[8], double point[3]) {
+    qni_square square;
+    double uw[2] = {0, 0};
+    const int face = qni_widest_face(polygon, d, &square), axis = face >> 1;
+    const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    const double middle[2] = {polygon->middle[p], polygon->middle[q]};
+    if (qni_square_point(&square, middle, uw) >= 0) {
+        point[axis] = (double)(face & 1);
+        point[p] = uw[0];
+        point[q] = uw[1];
+        return;
+    }
+    int first = 0;
+    while (!(polygon->edge_mask >> first & 1))
+        ++first;
+    for (int a = 0; a < 3; ++a)
+        point[a] = qni_crossing_coordinate(polygon, first, a);
+}
+
 /* The vertex of any polygon of a cell with corner values d. */
 QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned edge_mask, uint64_t next_code) {
-    const double fractions[8] = {-1, 0.25, 0.75, 0.1, 0.9, 0.5, 0.03125, 0.96875};
+    /* Fractions of the extent are tried in pairs from both ends, so that a turned cell gets the turned point. */
+    const double fractions[5] = {0, 0.25, 0.1, 0.5, 0.03125};
     qni_polygon polygon;
-    qni_square square;
     qni_point point;
     qni_polygon_init(&polygon, d, edge_mask, next_code);
-    for (int n = 0; n < 8; ++n) {
+    for (int n = 0; n < 5; ++n) {
         double best = -1;
         for (int axis = 0; axis < 3; ++axis) {
-            const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
-            const double at = fractions[n] < 0
-                                  ? polygon.middle[axis]
-                                  : qni_lerp(polygon.low[axis], polygon.high[axis], fractions[n]);
-            const double middle[2] = {polygon.middle[p], polygon.middle[q]};
-            const double off = at - polygon.middle[axis];
-            double uw[2];
-            qni_slice(&polygon, d, axis, at, &square);
-            const double distance = qni_square_point(&square, middle, uw);
-            if (distance < 0 || (best >= 0 && distance + off * off >= best))
+            const double low = polygon.low[axis], high = polygon.high[axis];
+            if (n == 0) {
+                qni_try_slice(&polygon, d, axis, polygon.middle[axis], &best, point.p);
                 continue;
-            best = distance + off * off;
-            point.p[axis] = at;
-            point.p[p] = uw[0];
-            point.p[q] = uw[1];
+            }
+            qni_try_slice(&polygon, d, axis, qni_lerp(low, high, fractions[n]), &best, point.p);
+            qni_try_slice(&polygon, d, axis, qni_lerp(high, low, fractions[n]), &best, point.p);
         }
         if (best >= 0) {
             point.kind = QNI_POINT_SLICE;
@@ -326,23 +358,8 @@ QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned e
         point.p[axis] = polygon.middle[axis];
     }
     point.kind = shrunk ? QNI_POINT_DEGENERATE : QNI_POINT_FALLBACK;
-    if (!shrunk) {
-        double uw[2] = {0, 0};
-        const int face = qni_widest_face(&polygon, d, &square), axis = face >> 1;
-        const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
-        const double middle[2] = {polygon.middle[p], polygon.middle[q]};
-        int first = 0;
-        if (qni_square_point(&square, middle, uw) >= 0) {
-            point.p[axis] = (double)(face & 1);
-            point.p[p] = uw[0];
-            point.p[q] = uw[1];
-        } else { /* nothing but a crossing itself is left: it is on the branch too */
-            while (!(edge_mask >> first & 1))
-                ++first;
-            for (int a = 0; a < 3; ++a)
-                point.p[a] = qni_crossing_coordinate(&polygon, first, a);
-        }
-    }
+    if (!shrunk)
+        qni_point_on_face(&polygon, d, point.p);
     return point;
 }
 

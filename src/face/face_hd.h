@@ -31,13 +31,17 @@ QN_HD_INLINE int qni_determinant_sign(double a, double c, double b, double d) {
     return p_error > q_error ? 1 : p_error < q_error ? -1 : 0;
 }
 
-/* True when the two corners above the iso-value are joined through the middle of the face, that is, when the
- * segments cut off its lower corners. A tie joins the upper corners: a saddle at the iso-value counts as above,
- * like a sample at the iso-value does.
+/* Sign of the interpolant at the saddle of an ambiguous face.
  * above_0, above_1  values less iso of the two corners >= 0
  * below_0, below_1  values less iso of the two corners <  0 */
-QN_HD_INLINE int qni_face_joins_above(double above_0, double above_1, double below_0, double below_1) {
-    return qni_determinant_sign(above_0, above_1, below_0, below_1) >= 0;
+QN_HD_INLINE int qni_face_saddle_sign(double above_0, double above_1, double below_0, double below_1) {
+    return qni_determinant_sign(above_0, above_1, below_0, below_1);
+}
+
+/* True when the two corners above the iso-value are joined through the middle of the face, that is, when the segments cut
+ * off its lower corners. A saddle at the iso-value joins them: it counts as above, like a sample there does. */
+QN_HD_INLINE int qni_face_joins_above(int saddle_sign) {
+    return saddle_sign >= 0;
 }
 
 #endif

@@ -43,7 +43,7 @@ typedef struct qn_surface_report {
     int64_t cells;             /* cells of the lattice, the virtual border layer included */
     int64_t active_leaves;     /* 8^3 leaves with surface */
     int64_t active_cells;      /* cells with surface */
-    int64_t ambiguous_faces;   /* faces with two crossings' pairings, each counted once a cell */
+    int64_t ambiguous_faces;   /* lattice faces with two ways to pair their four crossings */
     int64_t multiple_cells;    /* cells with two to four polygons */
     int64_t tied_faces;        /* ambiguous faces where both pairings are equally right; the rule decides */
     int64_t vertices, quads;
