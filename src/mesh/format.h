@@ -49,6 +49,14 @@ qn_status qni_read_off(const qni_content *content, qni_builder *builder, qn_erro
 /* Whether content is binary STL: its length is what its triangle count asks for. */
 bool qni_is_binary_stl(const qni_content *content);
 
+/* QN_ERROR_INPUT: "cannot read 'x.obj': line 12: ..."; `place` is "line" or "byte". */
+qn_status qni_fail_at(const qni_content *content, const char *place, int64_t number, qn_error *error,
+                      const char *format, ...) __attribute__((format(printf, 5, 6)));
+qn_status qni_fail_read_memory(const qni_content *content, qn_error *error);
+/* True when the caller asked to stop; `at` is how far reading came. */
+bool qni_read_stopped(const qni_content *content, const char *at);
+qn_status qni_fail_read_stopped(const qni_content *content, qn_error *error);
+
 /* Faces or vertices between two looks at progress. */
 enum { QNI_PROGRESS_STEP = 1 << 16 };
 

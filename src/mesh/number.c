@@ -131,7 +131,7 @@ char *qni_format_float(char *to, float value) {
 
 static bool ends_number(const char *at, const char *end) {
     return at == end || *at == ' ' || *at == '\n' || *at == '\r' || *at == '\t' || *at == '/' ||
-           *at == '\f' || *at == '\v';
+           *at == '\f' || *at == '\v' || *at == '#' || *at == '\\';
 }
 
 static const char *skip_word(const char *at, const char *end, const char *word) {

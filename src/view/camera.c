@@ -18,7 +18,19 @@ static void find_axes(qni_camera *camera, double azimuth, double elevation) {
     }
 }
 
-static void find_centre(const qn_context *context, const qn_mesh_view *view, double centre[3]) {
+void qni_find_used(const qn_mesh_view *view, uint8_t *used) {
+    for (int64_t i = 0; i < view->vertex_count; ++i)
+        used[i] = 0;
+    for (int64_t i = 0; i < 4 * view->quad_count; ++i)
+        used[view->quads[i]] = 1;
+    for (int64_t i = 0; i < 3 * view->triangle_count; ++i)
+        used[view->triangles[i]] = 1;
+    for (int64_t i = 0; i < view->vertex_count; ++i)
+        used[i] = used[i] && qni_is_finite3(view->positions + 3 * i);
+}
+
+static void find_centre(const qn_context *context, const qn_mesh_view *view, const uint8_t *used,
+                        double centre[3]) {
     for (int a = 0; a < 3; ++a) {
         float low = INFINITY, high = -INFINITY;
         /* Least and largest do not depend on the order they are taken in. */
@@ -26,7 +38,7 @@ static void find_centre(const qn_context *context, const qn_mesh_view *view, dou
     reduction(min : low) reduction(max : high)
         for (int64_t i = 0; i < view->vertex_count; ++i) {
             float value = view->positions[3 * i + a];
-            if (qni_is_finite3(view->positions + 3 * i)) {
+            if (used[i]) {
                 low = value < low ? value : low;
                 high = value > high ? value : high;
             }
@@ -47,11 +59,11 @@ static void relative(const qni_camera *camera, const float *position, double out
 
 /* A point (x, y, z) is within the frame when |x - shift| <= t (distance - z), likewise for y: so only the
  * largest of x + t z, -x + t z, y + t z, -y + t z count. */
-qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view,
+qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view, const uint8_t *used,
                           const qni_frame *frame) {
     qni_camera camera = {0};
     find_axes(&camera, frame->azimuth, frame->elevation);
-    find_centre(context, view, camera.centre);
+    find_centre(context, view, used, camera.centre);
     double shorter = frame->width < frame->height ? frame->width : frame->height;
     double tx = margin * tan(half_angle) * frame->width / shorter;
     double ty = margin * tan(half_angle) * frame->height / shorter;
@@ -62,7 +74,7 @@ qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view,
     for (int64_t i = 0; i < view->vertex_count; ++i) {
         const float *position = view->positions + 3 * i;
         double p[3];
-        if (!qni_is_finite3(position))
+        if (!used[i])
             continue;
         relative(&camera, position, p);
         x_high = fmax(x_high, p[0] + tx * p[2]);
@@ -88,12 +100,12 @@ qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view,
 }
 
 void qni_camera_project(const qn_context *context, const qni_camera *camera,
-                        const qn_mesh_view *view, qni_seen *seen) {
+                        const qn_mesh_view *view, const uint8_t *used, qni_seen *seen) {
     (void)context;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
     for (int64_t i = 0; i < view->vertex_count; ++i) {
         const float *position = view->positions + 3 * i;
-        if (!qni_is_finite3(position)) {
+        if (!used[i]) {
             seen[i] = (qni_seen){QNI_UNSEEN, 0, 0};
             continue;
         }

@@ -22,7 +22,7 @@ typedef struct qni_camera {
 
 /* A vertex as it is seen. */
 typedef struct qni_seen {
-    int32_t x, y;  /* steps of 1/QNI_SUBPIXEL sample; x is QNI_UNSEEN for a vertex that is not finite */
+    int32_t x, y;  /* steps of 1/QNI_SUBPIXEL sample; x is QNI_UNSEEN for a vertex without a place */
     float inverse; /* the centre's distance from the eye over this one's, along z: straight in the picture */
 } qni_seen;
 
@@ -33,14 +33,18 @@ typedef struct qni_frame {
     double azimuth, elevation, zoom;
 } qni_frame;
 
-qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view,
+/* used: 1 for each vertex that a face uses and that is finite, else 0: the others are not fitted. */
+qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view, const uint8_t *used,
                           const qni_frame *frame);
 void qni_camera_project(const qn_context *context, const qni_camera *camera,
-                        const qn_mesh_view *view, qni_seen *seen);
+                        const qn_mesh_view *view, const uint8_t *used, qni_seen *seen);
 
 static inline double qni_dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
+
+/* used: [vertex_count]. */
+void qni_find_used(const qn_mesh_view *view, uint8_t *used);
 
 static inline bool qni_is_finite3(const float *p) {
     return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);

@@ -11,6 +11,7 @@ enum { LARGEST_SIDE = 16384, FACES_A_STEP = 1 << 20, ROWS_A_STEP = 256 };
 static const double largest_zoom = 64; /* keeps coordinates within 32 bits */
 
 typedef struct canvas {
+    uint8_t *used;
     qni_seen *seen;
     qni_visible visible;
     qni_pixel *pixels;
@@ -48,6 +49,7 @@ static qn_status read_options(const qn_view_options *options, qni_frame *frame, 
 }
 
 static void free_canvas(qn_context *context, canvas *c) {
+    qni_free(context, c->used, c->vertex_count, 1);
     qni_free(context, c->seen, c->vertex_count, sizeof *c->seen);
     qni_free(context, c->visible.inverse, c->sample_count, sizeof *c->visible.inverse);
     qni_free(context, c->visible.piece, c->sample_count, sizeof *c->visible.piece);
@@ -65,6 +67,7 @@ static qn_status alloc_canvas(qn_context *context, int64_t vertex_count, const q
     c->sample_count = c->pixel_count * QNI_SAMPLES * QNI_SAMPLES;
     c->visible.width = frame->width * QNI_SAMPLES;
     c->visible.height = frame->height * QNI_SAMPLES;
+    c->used = qni_alloc(context, vertex_count, 1);
     c->seen = qni_alloc(context, vertex_count, sizeof *c->seen);
     c->visible.inverse = qni_alloc_zero(context, c->sample_count, sizeof *c->visible.inverse);
     c->visible.piece = qni_alloc(context, c->sample_count, sizeof *c->visible.piece);
@@ -72,8 +75,8 @@ static qn_status alloc_canvas(qn_context *context, int64_t vertex_count, const q
     c->rough = qni_alloc(context, c->pixel_count, sizeof *c->rough);
     c->open = qni_alloc(context, c->pixel_count, sizeof *c->open);
     c->rgb = qni_alloc(context, c->pixel_count, 3);
-    if (c->seen && c->visible.inverse && c->visible.piece && c->pixels && c->rough && c->open &&
-        c->rgb) {
+    if (c->used && c->seen && c->visible.inverse && c->visible.piece && c->pixels && c->rough &&
+        c->open && c->rgb) {
         for (int64_t i = 0; i < c->sample_count; ++i)
             c->visible.piece[i] = QNI_NO_PIECE;
         return QN_OK;
@@ -90,8 +93,9 @@ static qn_status cancelled(qn_error *error) {
 
 static qn_status draw(qn_context *context, const qn_mesh_view *view, const qni_frame *frame,
                       const qn_view_options *options, canvas *c, qn_error *error) {
-    qni_camera camera = qni_camera_fit(context, view, frame);
-    qni_camera_project(context, &camera, view, c->seen);
+    qni_find_used(view, c->used);
+    qni_camera camera = qni_camera_fit(context, view, c->used, frame);
+    qni_camera_project(context, &camera, view, c->used, c->seen);
     int64_t face_count = view->quad_count + view->triangle_count;
     for (int64_t first = 0; first < face_count; first += FACES_A_STEP) {
         if (qni_progress(context, "draw", 0.6 * (double)first / (double)face_count))

@@ -11,11 +11,11 @@ typedef struct colour {
 
 /* Linear light. The back of a face shall be told from its front at a glance, in shade as well. */
 static const colour front_colour = {0.62f, 0.555f, 0.475f};
-static const colour back_colour = {0.36f, 0.10f, 0.16f};
+static const colour back_colour = {0.25f, 0.11f, 0.17f};
 static const colour key_light = {0.98f, 0.94f, 0.87f};
 static const colour fill_light = {0.16f, 0.19f, 0.25f};
-static const colour sky = {0.36f, 0.39f, 0.44f};
-static const colour ground = {0.20f, 0.17f, 0.15f};
+static const colour sky = {0.31f, 0.34f, 0.39f};
+static const colour ground = {0.15f, 0.13f, 0.12f};
 /* Unit vectors in camera coordinates: the key light from the upper left, the fill light from the right. */
 static const double key_direction[3] = {-0.4767313, 0.5959141, 0.6462334};
 static const double fill_direction[3] = {0.8164966, -0.0816497, 0.5715476};
