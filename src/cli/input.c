@@ -49,8 +49,10 @@ static bool starts_like_a_mesh(const char *path) {
     size_t got = fread(head, 1, sizeof head - 1, file);
     fclose(file);
     head[got] = '\0';
-    return strncmp(head, "ply", 3) == 0 || strncmp(head, "OFF", 3) == 0 ||
-           strncmp(head, "solid ", 6) == 0;
+    head[strcspn(head, "\r\n")] = '\0';
+    const char *off = strstr(head, "OFF"); /* OFF, COFF, STNOFF ... */
+    return strcmp(head, "ply") == 0 || strncmp(head, "solid ", 6) == 0 ||
+           (off && off == head + strspn(head, "STCN4n"));
 }
 
 bool input_is_mesh(const cli_options *options) {

@@ -79,9 +79,9 @@ static void tell_check(const mesh_job *job, int32_t i) {
     if (result->failed)
         cli_say("%s: check FAILED: %s", result->path, text);
     else if (faults)
-        cli_tell(job->session, "%s: check: good, but %s", result->path, text);
+        cli_tell(job->session, "%s: check: passed; seen: %s", result->path, text);
     else
-        cli_tell(job->session, "%s: check: good: %smanifold, oriented, no self-intersections",
+        cli_tell(job->session, "%s: check: passed: %smanifold, oriented, no self-intersections",
                  result->path, result->check.closed ? "closed, " : "");
 }
 

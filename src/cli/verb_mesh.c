@@ -171,6 +171,21 @@ static int finish_one(mesh_job *job, int32_t i) {
     return 0;
 }
 
+/* All samples lie on the solid's side: then there is no surface but the volume's own border. */
+static int misses_the_data(mesh_job *job, int32_t i, bool *misses_out) {
+    const int64_t *size = qn_volume_grid(job->volume)->size;
+    int64_t border = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
+    bool suspect = job->surfaces[i].quads == border && !job->session->options->open;
+    *misses_out = job->surfaces[i].quads == 0;
+    if (!suspect && !*misses_out)
+        return 0;
+    int exit_code = need_statistics(job); /* only now: they cost a pass over the data */
+    if (suspect && !exit_code)
+        *misses_out = !(job->statistics.minimum < job->isovalues[i] &&
+                        job->isovalues[i] <= job->statistics.maximum);
+    return exit_code;
+}
+
 /* All iso-values. An empty surface or a failed check is remembered; the others are still written. */
 static int finish_all(mesh_job *job) {
     int worst = 0;
@@ -178,9 +193,10 @@ static int finish_all(mesh_job *job) {
         int exit_code = cli_interrupted(job->session);
         if (exit_code)
             return exit_code;
-        if (job->surfaces[i].quads == 0) {
-            if ((exit_code = need_statistics(job)))
-                return exit_code;
+        bool misses;
+        if ((exit_code = misses_the_data(job, i, &misses)))
+            return exit_code;
+        if (misses) {
             mesh_job_say_empty(job, job->isovalues[i]);
             worst = CLI_EMPTY;
         } else if (job->session->options->dry_run) {
