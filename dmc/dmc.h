@@ -60,18 +60,20 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
                           const qn_surface_options *options, qn_mesh **mesh_out,
                           qn_surface_report *report_out, qn_error *error);
 
-/* ---- the inner loops, built for several instruction sets and chosen at run time (kernel.c) ----- */
+/* ---- the inner loops, built for several instruction sets and chosen at run time (kernel_*.c) ----- */
 
 enum { QNI_LANES = 8, QNI_STENCIL = 32 };
 
 /* Vertices of QNI_LANES single-polygon cells at once. */
 typedef struct qni_point_batch {
-    double stencil[QNI_STENCIL][QNI_LANES]; /* values at and round the cells' corners; order: see kernel.c */
+    const double *corner[QNI_LANES];        /* the cells' lowest corners in a tile */
     double cell[3][QNI_LANES];              /* lattice point of the cells' lowest corners */
+    double stencil[QNI_STENCIL][QNI_LANES]; /* out: values at and round the cells' corners, see kernel_body.h */
     double local[3][QNI_LANES];             /* out: where the vertex is in its cell */
     double distance[QNI_LANES];             /* out: 2 when no axis line met the surface */
     float position[3][QNI_LANES];           /* out: world */
-    float normal[3][QNI_LANES];             /* out: unit length, or not finite */
+    float normal[3][QNI_LANES];             /* out: unit length */
+    int32_t apart[QNI_LANES];               /* out: no axis line met the surface, or no gradient: look again */
 } qni_point_batch;
 
 /* Lattice to world for points, and for gradients with the sign that turns them outward. */
@@ -84,6 +86,9 @@ typedef void (*qni_point_kernel)(qni_point_batch *batch, const qni_frame *frame)
 
 /* The same bits whichever is chosen: each lane is plain IEEE arithmetic. */
 qni_point_kernel qni_choose_point_kernel(void);
+
+/* One cell's stencil, from its lowest corner in a tile. */
+void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]);
 
 /* Position and normal of one vertex from its cell's stencil and its local place. */
 void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], const double local[3],

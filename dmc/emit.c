@@ -48,20 +48,6 @@ typedef struct emission {
 
 /* ---- vertices -------------------------------------------------------------------------------- */
 
-static void gather_stencil(const double (*tile)[QNI_TILE][QNI_TILE], int x, int y, int z, double *out, int step) {
-    const double *base = &tile[z + 1][y + 1][x + 1];
-    enum { Y = QNI_TILE, Z = QNI_TILE * QNI_TILE };
-    static const int row_start[4] = {0, Y, Z, Y + Z};
-    for (int r = 0; r < 4; ++r)
-        for (int n = 0; n < 4; ++n)
-            out[(4 * r + n) * step] = base[row_start[r] + n - 1];
-    static const int pair_start[8] = {-Y, -Y + Z, 2 * Y, 2 * Y + Z, -Z, -Z + Y, 2 * Z, 2 * Z + Y};
-    for (int r = 0; r < 8; ++r) {
-        out[(16 + 2 * r) * step] = base[pair_start[r]];
-        out[(17 + 2 * r) * step] = base[pair_start[r] + 1];
-    }
-}
-
 static const int corner_of_stencil[8] = {1, 2, 5, 6, 9, 10, 13, 14};
 
 /* Where central differences cancel, the trilinear gradient in the cell, or at last the way from its upper to its lower
@@ -164,15 +150,13 @@ static void flush_batch(const emission *job, worker *w) {
     if (w->batch_count == 0)
         return;
     for (int l = w->batch_count; l < QNI_LANES; ++l) {
-        for (int n = 0; n < QNI_STENCIL; ++n)
-            batch->stencil[n][l] = batch->stencil[n][0];
+        batch->corner[l] = batch->corner[0];
         for (int a = 0; a < 3; ++a)
             batch->cell[a][l] = batch->cell[a][0];
     }
     job->kernel(batch, &job->frame);
     for (int l = 0; l < w->batch_count; ++l) {
-        const float normal[3] = {batch->normal[0][l], batch->normal[1][l], batch->normal[2][l]};
-        if (batch->distance[l] >= 2 || (job->mesh->normals && !is_unit(normal))) {
+        if (batch->apart[l]) {
             store_lane_apart(job, w, l);
             continue;
         }
@@ -180,8 +164,12 @@ static void flush_batch(const emission *job, worker *w) {
         p[0] = batch->position[0][l];
         p[1] = batch->position[1][l];
         p[2] = batch->position[2][l];
-        if (job->mesh->normals)
-            memcpy(job->mesh->normals + 3 * w->batch_vertex[l], normal, sizeof normal);
+        if (job->mesh->normals) {
+            float *n = job->mesh->normals + 3 * w->batch_vertex[l];
+            n[0] = batch->normal[0][l];
+            n[1] = batch->normal[1][l];
+            n[2] = batch->normal[2][l];
+        }
     }
     w->batch_count = 0;
 }
@@ -189,7 +177,7 @@ static void flush_batch(const emission *job, worker *w) {
 static void queue_single(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y, int z, int64_t vertex) {
     qni_point_batch *batch = &w->batch;
     const int lane = w->batch_count++;
-    gather_stencil((const double(*)[QNI_TILE][QNI_TILE])w->tile, x, y, z, &batch->stencil[0][lane], QNI_LANES);
+    batch->corner[lane] = &w->tile[z + 1][y + 1][x + 1];
     batch->cell[0][lane] = (double)(leaf_at[0] + x);
     batch->cell[1][lane] = (double)(leaf_at[1] + y);
     batch->cell[2][lane] = (double)(leaf_at[2] + z);
@@ -204,7 +192,7 @@ static int emit_multiple(const emission *job, worker *w, const int64_t leaf_at[3
     double stencil[QNI_STENCIL];
     const double cell[3] = {(double)(leaf_at[0] + x), (double)(leaf_at[1] + y), (double)(leaf_at[2] + z)};
     const int polygons = qni_entry_polygons(entry);
-    gather_stencil((const double(*)[QNI_TILE][QNI_TILE])w->tile, x, y, z, stencil, 1);
+    qni_gather_stencil(&w->tile[z + 1][y + 1][x + 1], stencil);
     for (int n = 0; n < polygons; ++n)
         emit_polygon(job, w, stencil, cell, qni_entry_edges(entry, n), qni_entry_next_code(entry), vertex + n);
     return polygons;
@@ -378,6 +366,10 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         const qni_leaf_extent extent = qni_leaf_extent_of(&dmc->field, leaf);
         const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF, (int64_t)leaf[2] * QNI_LEAF};
         qni_field_load_tile(&dmc->field, leaf, w->tile);
+        if (n + 1 < row->leaf_count) {
+            const int32_t next[3] = {own[1].x, leaf[1], leaf[2]};
+            qni_field_prefetch_tile(&dmc->field, next);
+        }
         signs_of_tile(w);
         qni_leaf_masks_init((const uint16_t(*)[9])w->signs, &w->masks);
         note_neighbours(w, &rows, own->x, own);

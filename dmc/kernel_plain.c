@@ -4,6 +4,16 @@
 #include "dmc/kernel_body.h"
 #include "qni_config.h"
 
+void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]) {
+    for (int r = 0; r < 4; ++r)
+        for (int n = 0; n < 4; ++n)
+            stencil[4 * r + n] = corner[row_start[r] + n];
+    for (int r = 0; r < 8; ++r) {
+        stencil[16 + 2 * r] = corner[pair_start[r]];
+        stencil[17 + 2 * r] = corner[pair_start[r] + 1];
+    }
+}
+
 void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], const double local[3],
                      const qni_frame *frame, float position[3], float normal[3]) {
     placed result;

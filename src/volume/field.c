@@ -178,6 +178,22 @@ void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
             load_row(field, from[0], from[1] + y, from[2] + z, QNI_TILE, tile[z][y]);
 }
 
+void qni_field_prefetch_tile(const qni_field *field, const int32_t leaf[3]) {
+    const qn_grid *grid = field->grid;
+    int64_t from[3];
+    for (int a = 0; a < 3; ++a) {
+        from[a] = (int64_t)leaf[a] * QNI_LEAF - 1 - field->border;
+        if (from[a] < 0 || from[a] + QNI_TILE > grid->size[a])
+            return;
+    }
+    /* Rows advance by one leaf along x: the end of each is what the cache does not hold yet. */
+    const char *end = (const char *)grid->samples + (from[0] + QNI_TILE - 1) * grid->stride[0] +
+                      from[1] * grid->stride[1] + from[2] * grid->stride[2];
+    for (int z = 0; z < QNI_TILE; ++z)
+        for (int y = 0; y < QNI_TILE; ++y)
+            __builtin_prefetch(end + z * grid->stride[2] + y * grid->stride[1]);
+}
+
 typedef struct slice_count {
     int64_t nan_count, infinite_count;
     double largest;

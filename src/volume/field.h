@@ -95,5 +95,7 @@ void qni_scan_leaf(const qni_scan *scan, int32_t row, int64_t leaf_x,
  * are extrapolated linearly, so that central differences turn into one-sided ones there; further out they mean nothing. */
 void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
                          double tile[QNI_TILE][QNI_TILE][QNI_TILE]);
+/* Ask for the samples of a tile that will be loaded soon. */
+void qni_field_prefetch_tile(const qni_field *field, const int32_t leaf[3]);
 
 #endif
