@@ -119,7 +119,8 @@ typedef struct qn_volume_statistics {
     double minimum, maximum, mean; /* of the finite samples; NaN when there are none */
     int64_t histogram[QN_HISTOGRAM_BINS]; /* equal bins from minimum to maximum */
     /* Iso-values worth trying, ascending, by Otsu's thresholds of the histogram, placed off the stored
-     * integers' values so that no sample ties; `suggested` is the one to start with. */
+     * integers' values so that no sample ties; `suggested` is the one to start with, NaN when all samples
+     * are alike and there is none. */
     double suggestions[QN_SUGGESTION_COUNT];
     int32_t suggestion_count;
     double suggested;
