@@ -81,6 +81,7 @@ qn_status qn_mesh_create(qn_context *context, const qn_mesh_view *view, qn_mesh 
 void qn_mesh_destroy(qn_mesh *mesh) {
     if (!mesh)
         return;
+    qni_mesh_free_halfedges(mesh);
     qni_free(mesh->context, mesh->positions, mesh->vertex_count, 3 * sizeof(float));
     qni_free(mesh->context, mesh->normals, mesh->vertex_count, 3 * sizeof(float));
     qni_free(mesh->context, mesh->quads, mesh->quad_count, 4 * sizeof(uint32_t));

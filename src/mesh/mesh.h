@@ -12,6 +12,9 @@ struct qn_mesh {
     float *normals;      /* [vertex_count][3] or NULL */
     uint32_t *quads;     /* [quad_count][4] or NULL */
     uint32_t *triangles; /* [triangle_count][3] or NULL */
+    uint32_t *twins;            /* [halfedge_count] or NULL */
+    uint32_t *vertex_halfedges; /* [vertex_count] or NULL, together with twins */
+    int64_t halfedge_count;     /* 4 quad_count or 3 triangle_count when there are twins, else 0 */
     char space[32];
     char unit[16];
 };
@@ -20,6 +23,10 @@ struct qn_mesh {
 qn_status qni_mesh_alloc(qn_context *context, int64_t vertex_count, int64_t quad_count,
                          int64_t triangle_count, bool with_normals, qn_mesh **mesh_out,
                          qn_error *error);
+
+/* Room for the halfedges of a mesh of one kind of face, and giving it up (before faces or vertices change). */
+qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
+void qni_mesh_free_halfedges(qn_mesh *mesh);
 
 /* Which diagonal the MaxMin angle criterion takes: true for corners 0-2, false for 1-3. */
 bool qni_quad_splits_02(const float *positions, const uint32_t quad[4]);

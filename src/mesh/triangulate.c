@@ -63,6 +63,7 @@ qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *erro
     if (mesh->triangle_count)
         memcpy(triangles + 6 * quad_count, mesh->triangles,
                (size_t)mesh->triangle_count * 3 * sizeof(uint32_t));
+    qni_mesh_free_halfedges(mesh);
     qni_free(mesh->context, mesh->triangles, mesh->triangle_count, 3 * sizeof(uint32_t));
     qni_free(mesh->context, mesh->quads, mesh->quad_count, 4 * sizeof(uint32_t));
     mesh->quads = NULL;

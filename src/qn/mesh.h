@@ -37,6 +37,31 @@ QN_API qn_mesh_view qn_mesh_get_view(const qn_mesh *mesh);
  * (the MaxMin angle criterion of [DMC21] section 5.3; ties take the diagonal from the quad's first corner). */
 QN_API qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *error);
 
+/* ---- halfedges ------------------------------------------------------------------------------- */
+
+/* No halfedge: the twin of one on the boundary, the halfedge of a vertex that no face uses. */
+#define QN_NO_HALFEDGE UINT32_C(0xffffffff)
+
+/* Neighbourhood of a mesh of quads alone (corners = 4) or of triangles alone (corners = 3). Halfedge h runs along side
+ * h % corners of face h / corners, from that corner to the next; so origin, face and next need no memory:
+ * origin = quads[h], face = h / corners, next = h + 1, or h + 1 - corners after the last side. */
+typedef struct qn_halfedges {
+    int32_t corners;
+    int64_t count;                  /* corners * faces */
+    const uint32_t *twin;           /* [count]: the halfedge of the other face at this side; QN_NO_HALFEDGE on the boundary */
+    const uint32_t *vertex_halfedge; /* [vertex_count]: a halfedge that starts at the vertex: the one without a twin where there is
+                                     * one, else the lowest */
+} qn_halfedges;
+
+/* The halfedges of a mesh that has them, else count 0. They belong to the mesh, and end with its next change. */
+QN_API qn_halfedges qn_mesh_get_halfedges(const qn_mesh *mesh);
+
+/* Find the halfedges of any mesh of quads alone or triangles alone from its indices, in O(n log n). Sides used by two faces in
+ * opposite directions are twins; any others are left without. (qn_surface() can give the halfedges with the mesh, in linear
+ * time, and pairs the four faces at a doubled edge as the surface does.)
+ * QN_ERROR_INVALID_ARGUMENT  quads and triangles mixed; more than 2^32 - 2 halfedges */
+QN_API qn_status qn_mesh_build_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
+
 /* ---- checks ---------------------------------------------------------------------------------- */
 
 typedef struct qn_mesh_check_options {

@@ -26,6 +26,7 @@ typedef struct qn_surface_options {
     bool triangles;          /* split the quads (MaxMin angle) */
     bool skip_normals;
     bool count_only;         /* dry run: fill the reports, make no mesh */
+    bool halfedges;          /* give the mesh its halfedges (not together with `triangles`) */
 } qn_surface_options;
 
 static inline void qn_surface_options_init(qn_surface_options *options) {
