@@ -134,9 +134,9 @@ static void slope_intercept_and_units(void **state) {
     } cases[] = {{0, 7, 1, 0, QN_OK},
                  {0.5, -1024, 0.5, -1024, QN_OK},
                  {-2, 3, -2, 3, QN_OK},
-                 {NAN, 3, 1, 0, QN_OK},
-                 {INFINITY, 0, 0, 0, QN_ERROR_INPUT},
-                 {1, NAN, 0, 0, QN_ERROR_INPUT}};
+                 {(double)NAN, 3, 1, 0, QN_OK},
+                 {(double)INFINITY, 0, 0, 0, QN_ERROR_INPUT},
+                 {1, (double)NAN, 0, 0, QN_ERROR_INPUT}};
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; ++c) {
         nifti_fields f = plain();
         f.slope = cases[c].slope;
@@ -237,7 +237,7 @@ static void spacing_of_zero_and_flat_matrices_are_errors(void **state) {
     assert_int_equal(read_fields(&f, QN_TRANSFORM_AUTO, &volume, &error), QN_ERROR_INPUT);
     assert_non_null(strstr(error.message, "no inverse"));
     f = with_transforms(0, 1, 2);
-    f.srow[1][1] = NAN;
+    f.srow[1][1] = (double)NAN;
     assert_int_equal(read_fields(&f, QN_TRANSFORM_AUTO, &volume, &error), QN_ERROR_INPUT);
 }
 
