@@ -34,7 +34,7 @@ typedef struct kernels {
 
 /* ---- kernels ---- */
 
-#ifdef _OPENMP
+#if defined(_OPENMP) && !defined(__clang__) /* clang 14 warns that it cannot */
 #define SIMD(text) _Pragma(#text)
 #else
 #define SIMD(text)

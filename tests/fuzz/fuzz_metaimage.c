@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+/* Any bytes as MetaImage files. */
+#include "fuzz_volume.h"
+
+#include <string.h>
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    qn_volume_read_options options;
+    qn_volume_read_options_init(&options);
+    strcpy(options.format, "metaimage");
+    fuzz_volume("x.mha", data, size, &options);
+    return 0;
+}
