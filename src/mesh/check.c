@@ -14,20 +14,26 @@ int64_t qni_block_count(int64_t count, int64_t block_size) {
 
 qn_status qni_check_blocks(qni_check *check, int64_t count, int64_t block_size, qni_check_span span,
                            qni_block_work *work, void *job) {
-    int32_t threads = qn_context_threads(check->context);
+    const double pause = 0.01; /* seconds between two calls of a caller's progress function */
     int64_t blocks = qni_block_count(count, block_size);
-    int64_t round = 16 * (int64_t)threads;
-    for (int64_t first = 0; first < blocks; first += round) {
-        double done = span.from + (span.to - span.from) * (double)first / (double)blocks;
-        if (qni_progress(check->context, "check", done))
-            return qni_fail(check->error, QN_ERROR_CANCELLED, "the mesh check was cancelled");
-        int64_t last = blocks - first < round ? blocks : first + round;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-        for (int64_t block = first; block < last; ++block) {
-            int64_t begin = block * block_size;
-            work(job, block, begin, count - begin < block_size ? count : begin + block_size);
+    bool stop = qni_progress(check->context, "check", span.from);
+    double last = qni_seconds();
+#pragma omp parallel for schedule(monotonic : dynamic, 1)                                          \
+    num_threads(qn_context_threads(check->context))
+    for (int64_t block = 0; block < blocks; ++block) {
+        if (qni_thread_index() == 0 && qni_seconds() - last > pause) { /* the calling thread */
+            double done = span.from + (span.to - span.from) * (double)block / (double)blocks;
+            if (qni_progress(check->context, "check", done))
+                __atomic_store_n(&stop, true, __ATOMIC_RELAXED);
+            last = qni_seconds();
         }
+        if (__atomic_load_n(&stop, __ATOMIC_RELAXED))
+            continue;
+        int64_t begin = block * block_size;
+        work(job, block, begin, count - begin < block_size ? count : begin + block_size);
     }
+    if (stop)
+        return qni_fail(check->error, QN_ERROR_CANCELLED, "the mesh check was cancelled");
     return QN_OK;
 }
 

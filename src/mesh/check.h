@@ -24,8 +24,8 @@ typedef struct qni_check_span {
     double from, to;
 } qni_check_span;
 
-/* Run `work` over 0 .. count - 1 in blocks of `block_size`, on the context's threads; between rounds of
- * blocks report progress. What a block writes must not depend on who runs it, or when. */
+/* Run `work` over 0 .. count - 1 in blocks of `block_size`, on the context's threads; between its blocks the
+ * calling thread reports progress, and all stop when it is told to. What a block writes must not depend on who runs it, or when. */
 typedef void qni_block_work(void *job, int64_t block, int64_t begin, int64_t end);
 qn_status qni_check_blocks(qni_check *check, int64_t count, int64_t block_size, qni_check_span span,
                            qni_block_work *work, void *job);

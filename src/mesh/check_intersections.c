@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-enum { BLOCK = 64 }; /* rows; small, so that a cancel is heard soon */
+enum { BLOCK = 16 }; /* rows; few, so that a cancel is heard soon */
 
 typedef struct box {
     float low[3], high[3];

@@ -143,9 +143,11 @@ static void join_faces(topology *t, int64_t a, int64_t b) {
 
 /* ---- one vertex -------------------------------------------------------------------------------- */
 
-static int64_t fan_of(const int64_t *fan, int64_t corner) {
-    while (fan[corner] != corner)
+static int64_t fan_of(int64_t *fan, int64_t corner) {
+    while (fan[corner] != corner) {
+        fan[corner] = fan[fan[corner]];
         corner = fan[corner];
+    }
     return corner;
 }
 
