@@ -41,7 +41,7 @@ static qn_status fail_output(const char *path, int failure, qn_error *error) {
     char reason[128];
     if (strerror_r(failure, reason, sizeof reason) != 0) /* strerror() is not safe in threads */
         snprintf(reason, sizeof reason, "error %d", failure);
-    return qni_fail(error, QN_ERROR_OUTPUT, "cannot write '%s': %s; %s", path, reason,
+    return qni_fail(error, QN_ERROR_OUTPUT, "cannot write '%.200s': %s; %s", path, reason,
                     cure_of(failure));
 }
 
@@ -217,7 +217,7 @@ qn_status qni_output_commit(qni_output *output, qn_error *error) {
     if (output->failure)
         return fail_output(output->path, output->failure, error);
     if (output->cancelled)
-        return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while writing '%s'; nothing was left",
+        return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while writing '%.200s'; nothing was left",
                         output->path);
     return QN_OK;
 }

@@ -144,10 +144,10 @@ static qn_status check_indices(const qni_builder *builder, const char *path, con
                                qn_error *error) {
     if (builder->positions.count > (int64_t)UINT32_MAX)
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%s': it has more than 2^32 - 1 vertices; read it in parts", path);
+                        "cannot read '%.200s': it has more than 2^32 - 1 vertices; read it in parts", path);
     if (builder->largest_where && (int64_t)builder->largest_index >= builder->positions.count)
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%s': %s %lld names vertex %lld (from 0), but there are %lld "
+                        "cannot read '%.200s': %s %lld names vertex %lld (from 0), but there are %lld "
                         "vertices; the file is damaged",
                         path, place, (long long)builder->largest_where,
                         (long long)builder->largest_index, (long long)builder->positions.count);
@@ -161,7 +161,7 @@ static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mes
     if (builder->normals.count != vertices)
         array_free(context, &builder->normals, VECTOR);
     if (!split_polygons(builder))
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the polygons of '%s'", path);
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the polygons of '%.200s'", path);
     array_free(context, &builder->polygons, sizeof(uint32_t));
     int64_t quads = builder->quads.count, triangles = builder->triangles.count;
     QN_TRY(qni_mesh_alloc(context, 0, 0, 0, false, mesh_out, error));
@@ -176,7 +176,7 @@ static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mes
     if (!good) {
         qn_mesh_destroy(mesh);
         *mesh_out = NULL;
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the mesh of '%s'", path);
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the mesh of '%.200s'", path);
     }
     memcpy(mesh->space, builder->space, sizeof mesh->space);
     memcpy(mesh->unit, builder->unit, sizeof mesh->unit);
@@ -187,7 +187,7 @@ qn_status qni_builder_finish(qni_builder *builder, const char *path, const char 
                              qn_mesh **mesh_out, qn_error *error) {
     *mesh_out = NULL;
     if (builder->skipped_faces)
-        qni_log(builder->context, QN_LOG_WARNING, "'%s': left out %lld faces of fewer than 3 corners",
+        qni_log(builder->context, QN_LOG_WARNING, "'%.200s': left out %lld faces of fewer than 3 corners",
                 path, (long long)builder->skipped_faces);
     qn_status status = check_indices(builder, path, place, error);
     if (status == QN_OK)

@@ -15,12 +15,12 @@ qn_status qni_fail_at(const qni_content *content, const char *place, int64_t num
     va_start(arguments, format);
     vsnprintf(reason, sizeof reason, format, arguments);
     va_end(arguments);
-    return qni_fail(error, QN_ERROR_INPUT, "cannot read '%s': %s %lld: %s", content->path, place,
+    return qni_fail(error, QN_ERROR_INPUT, "cannot read '%.200s': %s %lld: %s", content->path, place,
                     (long long)number, reason);
 }
 
 qn_status qni_fail_read_memory(const qni_content *content, qn_error *error) {
-    return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the mesh of '%s'",
+    return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the mesh of '%.200s'",
                     content->path);
 }
 
@@ -30,7 +30,7 @@ bool qni_read_stopped(const qni_content *content, const char *at) {
 }
 
 qn_status qni_fail_read_stopped(const qni_content *content, qn_error *error) {
-    return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while reading '%s'", content->path);
+    return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while reading '%.200s'", content->path);
 }
 
 /* The first word of a line that is no comment, as OBJ files have it. */
@@ -83,12 +83,12 @@ static qn_status choose_format(const qni_content *content, const char *format,
     }
     if (*format_out == QNI_NO_FORMAT)
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%s': neither its name nor its first bytes are those of a PLY, OBJ, "
+                        "cannot read '%.200s': neither its name nor its first bytes are those of a PLY, OBJ, "
                         "STL or OFF file; give the format",
                         path);
     if (*format_out == QNI_GLB)
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%s': GLB files can be written but not read; convert it to PLY",
+                        "cannot read '%.200s': GLB files can be written but not read; convert it to PLY",
                         path);
     return QN_OK;
 }

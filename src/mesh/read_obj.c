@@ -132,7 +132,7 @@ static qn_status read_lines(reader *r, qn_error *error) {
     }
     if (r->strange && r->builder->positions.count == 0)
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%s': it has no vertices and other lines than OBJ files have; "
+                        "cannot read '%.200s': it has no vertices and other lines than OBJ files have; "
                         "give the right format",
                         r->content->path);
     return QN_OK;

@@ -42,7 +42,7 @@ static bool take_letters(qni_text *text, const char *letters) {
 static qn_status read_keyword(reader *r, qn_error *error) {
     qni_text *text = &r->text;
     if (!find_data(text))
-        return qni_fail(error, QN_ERROR_INPUT, "cannot read '%s': it is empty", r->content->path);
+        return qni_fail(error, QN_ERROR_INPUT, "cannot read '%.200s': it is empty", r->content->path);
     if (*text->at >= '0' && *text->at <= '9' && qni_word_length(text) > 0 && !(text->at[0] == '4' &&
         text->end - text->at > 1 && text->at[1] == 'O'))
         return QN_OK;

@@ -33,7 +33,7 @@ static qn_status read_binary(const qni_content *content, qni_builder *builder, q
     int64_t count = announced(content), whole = HEADER_LENGTH + FACET_LENGTH * count;
     if (count < 0 || content->size < whole)
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%s': a binary STL file of %lld triangles takes %lld bytes, this one "
+                        "cannot read '%.200s': a binary STL file of %lld triangles takes %lld bytes, this one "
                         "has %lld; it is cut short or no STL file",
                         content->path, (long long)(count < 0 ? 0 : count),
                         (long long)(count < 0 ? HEADER_LENGTH : whole), (long long)content->size);

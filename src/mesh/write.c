@@ -39,7 +39,7 @@ static qn_status choose_format(const char *path, const qn_mesh_write_options *op
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "'%.8s' is no mesh format: take ply, obj, stl, off or glb", options->format);
     return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                    "the name '%s' does not say which format is meant: end it in .ply, .obj, .stl, .off "
+                    "the name '%.200s' does not say which format is meant: end it in .ply, .obj, .stl, .off "
                     "or .glb, or give the format",
                     path);
 }

@@ -67,8 +67,9 @@ qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view, c
     double shorter = frame->width < frame->height ? frame->width : frame->height;
     double tx = margin * tan(half_angle) * frame->width / shorter;
     double ty = margin * tan(half_angle) * frame->height / shorter;
-    double x_high = -INFINITY, x_low = -INFINITY, y_high = -INFINITY, y_low = -INFINITY;
-    double z_high = -INFINITY, z_low = INFINITY;
+    const double nothing = -HUGE_VAL;
+    double x_high = nothing, x_low = nothing, y_high = nothing, y_low = nothing;
+    double z_high = nothing, z_low = -nothing;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))                   \
     reduction(max : x_high, x_low, y_high, y_low, z_high) reduction(min : z_low)
     for (int64_t i = 0; i < view->vertex_count; ++i) {

@@ -9,7 +9,7 @@
 enum { SAMPLES = 28, TURNS = 7, TILE = 4, LARGEST_REACH = 160 /* pixels */ };
 
 static const double reach = 0.13;     /* of the picture's height, in the world */
-static const double strength = 1.35;
+static const double strength = 3.07;
 static const double bias = 0.012;     /* of the reach: what is flat stays open */
 
 typedef struct frame {
@@ -17,7 +17,23 @@ typedef struct frame {
     const qni_pixel *pixels;
     int32_t width, height;
     double radius; /* world units */
+    double spiral[TILE * TILE][SAMPLES][2]; /* where to look, for each turn; within the unit circle */
 } frame;
+
+/* The turns of one tile's pixels differ as much as they can from their neighbours'. */
+static void find_spirals(frame *f) {
+    // clang-format off
+    static const int turn_of[TILE * TILE] = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
+    // clang-format on
+    const double round = 2 * 3.14159265358979323846;
+    for (int tile = 0; tile < TILE * TILE; ++tile)
+        for (int i = 0; i < SAMPLES; ++i) {
+            double turn = turn_of[tile] / (double)(TILE * TILE);
+            double share = (i + turn + 0.5 / (TILE * TILE)) / SAMPLES;
+            f->spiral[tile][i][0] = share * cos(round * (turn + TURNS * share));
+            f->spiral[tile][i][1] = share * sin(round * (turn + TURNS * share));
+        }
+}
 
 static double distance_at(const frame *f, int64_t at) {
     return f->camera->distance / (double)f->pixels[at].inverse;
@@ -46,9 +62,6 @@ static double hidden_by(const frame *f, const double place[3], const float norma
 }
 
 static float open_at(const frame *f, int32_t column, int32_t row) {
-    // clang-format off
-    static const int turn_of[TILE * TILE] = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
-    // clang-format on
     const qni_pixel *pixel = f->pixels + (int64_t)row * f->width + column;
     if (pixel->inverse <= 0)
         return 1;
@@ -56,19 +69,16 @@ static float open_at(const frame *f, int32_t column, int32_t row) {
     place_of(f, column, row, place);
     double pixels = f->radius * f->camera->focal / (-place[2] * QNI_SAMPLES);
     pixels = fmin(pixels, LARGEST_REACH);
-    int turn = turn_of[row % TILE * TILE + column % TILE];
-    double start = 2 * 3.14159265358979323846 * turn / (TILE * TILE);
+    const double(*spiral)[2] = f->spiral[row % TILE * TILE + column % TILE];
     for (int i = 0; i < SAMPLES; ++i) {
-        double share = (i + (turn + 0.5) / (TILE * TILE)) / SAMPLES;
-        double angle = start + 2 * 3.14159265358979323846 * TURNS * share;
-        int32_t c = column + (int32_t)lrint(pixels * share * cos(angle));
-        int32_t r = row + (int32_t)lrint(pixels * share * sin(angle));
+        int32_t c = column + (int32_t)lrint(pixels * spiral[i][0]);
+        int32_t r = row + (int32_t)lrint(pixels * spiral[i][1]);
         if (c < 0 || r < 0 || c >= f->width || r >= f->height || (c == column && r == row) ||
             f->pixels[(int64_t)r * f->width + c].inverse <= 0)
             continue;
         sum += hidden_by(f, place, pixel->normal, c, r);
     }
-    return (float)fmax(0, 1 - strength * 5 * sum / SAMPLES / 2.2);
+    return (float)fmax(0, 1 - strength * sum / SAMPLES);
 }
 
 /* The mean over one tile round a pixel, of those that lie on the same surface. */
@@ -96,7 +106,9 @@ static float blur_at(const frame *f, const float *rough, int32_t column, int32_t
 void qni_find_occlusion(const qn_context *context, const qni_camera *camera, int32_t width,
                         int32_t height, const qni_pixel *pixels, float *rough, float *open) {
     (void)context;
-    frame f = {camera, pixels, width, height, reach * camera->extent};
+    frame f = {.camera = camera, .pixels = pixels, .width = width, .height = height};
+    f.radius = reach * camera->extent;
+    find_spirals(&f);
 #pragma omp parallel for schedule(dynamic, 4) num_threads(qn_context_threads(context))
     for (int32_t row = 0; row < height; ++row)
         for (int32_t column = 0; column < width; ++column)
