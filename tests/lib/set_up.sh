@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # shellcheck shell=sh
 # Sourced by ./run and ./test: finds what the build needs, installs it where that is possible, builds.
 #   set_up ROOT BUILD [--with-tests] [meson options...]
