@@ -55,7 +55,8 @@ static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals,
 
 /* Fields whose scan cannot meet their non-finite samples: no direct form, or no cell at all. */
 static bool needs_measuring(const qni_field *field) {
-    return (!field->direct || qni_field_row_count(field) == 0) && (field->grid->scalar == QN_F32 || field->grid->scalar == QN_F64);
+    const bool real = field->grid->scalar == QN_F32 || field->grid->scalar == QN_F64;
+    return (!field->direct || qni_field_row_count(field) == 0) && real;
 }
 
 qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,

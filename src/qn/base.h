@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,8 +78,7 @@ typedef struct qn_context_options {
 } qn_context_options;
 
 static inline void qn_context_options_init(qn_context_options *options) {
-    qn_context_options zero = {0};
-    *options = zero;
+    memset(options, 0, sizeof *options);
     options->struct_size = sizeof *options;
 }
 

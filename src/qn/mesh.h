@@ -70,8 +70,7 @@ typedef struct qn_mesh_check_options {
 } qn_mesh_check_options;
 
 static inline void qn_mesh_check_options_init(qn_mesh_check_options *options) {
-    qn_mesh_check_options zero = {0};
-    *options = zero;
+    memset(options, 0, sizeof *options);
     options->struct_size = sizeof *options;
 }
 
@@ -140,8 +139,7 @@ typedef struct qn_mesh_write_options {
 } qn_mesh_write_options;
 
 static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {
-    qn_mesh_write_options zero = {0};
-    *options = zero;
+    memset(options, 0, sizeof *options);
     options->struct_size = sizeof *options;
 }
 
@@ -173,8 +171,7 @@ typedef struct qn_view_options {
 } qn_view_options;
 
 static inline void qn_view_options_init(qn_view_options *options) {
-    qn_view_options zero = {0};
-    *options = zero;
+    memset(options, 0, sizeof *options);
     options->struct_size = sizeof *options;
 }
 

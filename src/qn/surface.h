@@ -30,11 +30,7 @@ typedef struct qn_surface_options {
 } qn_surface_options;
 
 static inline void qn_surface_options_init(qn_surface_options *options) {
-    qn_surface_options zero;
-    char *byte = (char *)&zero;
-    for (size_t i = 0; i < sizeof zero; ++i)
-        byte[i] = 0;
-    *options = zero;
+    memset(options, 0, sizeof *options);
     options->struct_size = sizeof *options;
 }
 

@@ -88,11 +88,7 @@ typedef struct qn_volume_read_options {
 } qn_volume_read_options;
 
 static inline void qn_volume_read_options_init(qn_volume_read_options *options) {
-    qn_volume_read_options zero;
-    char *byte = (char *)&zero;
-    for (size_t i = 0; i < sizeof zero; ++i)
-        byte[i] = 0;
-    *options = zero;
+    memset(options, 0, sizeof *options);
     options->struct_size = sizeof *options;
 }
 

@@ -32,7 +32,8 @@ typedef struct qni_solid_ops {
      * one canonical order, so that everybody gets the same bits. */
     qn_status (*crossings)(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
                            qni_crossing *crossings, int32_t *count_out);
-    /* A solid that agrees with this one inside the box and is cheaper there; may be the solid itself with one more reference. */
+    /* A solid that agrees with this one inside the box and is cheaper there; may be the solid itself with
+     * one more reference. */
     qn_status (*restrict_to)(const qn_solid *solid, const qni_box *box, qn_solid **solid_out);
 } qni_solid_ops;
 

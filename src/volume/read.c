@@ -83,7 +83,7 @@ static qn_status choose_format(qni_source *source, const qn_volume_read_options 
     if (name && has_shape(options))
         return qni_source_fail_as(source, QN_ERROR_INVALID_ARGUMENT, error,
                                   "is a %s file and says its own shape and type; leave --shape and --dtype "
-                                  "out, or give --format raw",
+                                  "out, or give --from raw",
                                   name);
     *format_out = name                 ? format_by_name(name)
                   : has_shape(options) ? format_by_name("raw")

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The same mesh bytes from gcc and clang, -O1 and -O3: the library is built four times, each time the same
 # program prints the hashes of the golden meshes. The program's own inputs come from one build of its
 # sources per compiler too, so its fields are compared as well.

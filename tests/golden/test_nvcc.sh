@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Every *_hd.h compiles alone as CUDA, without contraction. Skipped (77) without nvcc.
 # Arguments: source root, scratch folder.
 set -eu

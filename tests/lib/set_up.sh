@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # shellcheck shell=sh
 # Sourced by ./run and ./test: finds what the build needs, installs it where that is possible, builds.
 #   set_up ROOT BUILD [--with-tests] [meson options...]
@@ -45,7 +46,7 @@ find_missing() {
     links zlib.h -lz || missing="$missing zlib1g-dev"
     links jansson.h -ljansson || missing="$missing libjansson-dev"
     links png.h -lpng || wanted="$wanted libpng-dev"
-    links nifti/nifti2_io.h -lnifti2 || wanted="$wanted libniftiio-dev"
+    links nifti/nifti2_io.h -idirafter /usr/include/nifti -lnifti2 || wanted="$wanted libnifti2-dev"
     [ "$1" = yes ] || return 0
     links cmocka.h -lcmocka || missing="$missing libcmocka-dev"
     have "${CXX:-c++}" || wanted="$wanted g++"

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import unittest
 
-QUOIN, MAKE_VOLUME, ROOT = sys.argv[1:4]
+QUOIN, MAKE_VOLUME, ROOT = map(os.path.abspath, sys.argv[1:4])
 SIZE = 24
 
 

@@ -51,7 +51,8 @@ static void close_products_are_told_apart(void **state) {
         const int bits = 2 + (int)(next_random(&random) % 51);
         const int64_t a = 1 + (int64_t)(next_random(&random) >> (64 - bits));
         const int64_t step = (int64_t)(next_random(&random) % 5) - 2;
-        int64_t b = a + step, c = a + (int64_t)(next_random(&random) % 5), d = c - step + (int64_t)(next_random(&random) % 3) - 1;
+        int64_t b = a + step, c = a + (int64_t)(next_random(&random) % 5);
+        int64_t d = c - step + (int64_t)(next_random(&random) % 3) - 1;
         if (n % 4 == 0) {
             b = c;
             d = a;

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""A user's view: install into a temporary folder, then build and run programs with nothing but pkg-config.
+
+usage: test_install.py BUILD_FOLDER SOURCE_ROOT MESON...
+The programs: a C one, a C++ one, and the C snippet of README.md.
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+BUILD, ROOT, MESON = sys.argv[1], sys.argv[2], sys.argv[3:]
+HERE = os.path.join(ROOT, "tests", "install")
+
+
+def fail(text):
+    print("FAILED:", text)
+    sys.exit(1)
+
+
+def run(command, **more):
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **more)
+    if done.returncode:
+        fail("%s\n%s" % (" ".join(command), done.stdout.decode()))
+    return done.stdout.decode()
+
+
+def readme_snippet():
+    """The first ```c block of README.md."""
+    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+        found = re.search(r"^```c\n(.*?)^```$", file.read(), re.S | re.M)
+    if not found:
+        fail("README.md has no C snippet")
+    return found.group(1)
+
+
+def find_one(folder, name):
+    for place, _, names in os.walk(folder):
+        if name in names:
+            return os.path.join(place, name)
+    fail("%s was not installed" % name)
+    return None
+
+
+def install(folder):
+    """meson install into FOLDER; returns the environment in which pkg-config finds it there."""
+    run(MESON + ["install", "-C", BUILD, "--no-rebuild", "--destdir", folder])
+    config = find_one(folder, "quoin.pc")
+    with open(config, encoding="utf-8") as file:
+        prefix = re.search(r"^prefix=(.*)$", file.read(), re.M).group(1)
+    environment = dict(os.environ)
+    environment["PKG_CONFIG_PATH"] = os.path.dirname(config)
+    environment["PREFIX"] = folder + prefix
+    library = os.path.dirname(find_one(folder, "libquoin.so"))
+    environment["LD_LIBRARY_PATH"] = library + ":" + environment.get("LD_LIBRARY_PATH", "")
+    return environment
+
+
+def flags(environment):
+    pkg_config = shutil.which("pkg-config") or shutil.which("pkgconf")
+    if not pkg_config:
+        print("skipped: there is no pkg-config")
+        sys.exit(77)
+    return run([pkg_config, "--define-variable=prefix=" + environment["PREFIX"], "--cflags", "--libs", "quoin"],
+               env=environment).split()
+
+
+def build_and_run(name, compiler, standard, source, environment, folder):
+    program = os.path.join(folder, os.path.splitext(name)[0])
+    extra = ["-fsanitize=address,undefined"] if "sanitize" in os.path.basename(BUILD) else []
+    run(compiler + [standard, "-Wall", "-Wextra", "-Werror", source, "-o", program] + extra
+        + flags(environment) + ["-lm"], env=environment)
+    print("%s: %s" % (name, run([program], env=environment, cwd=folder).strip()))
+
+
+def main():
+    cc = os.environ.get("CC", "cc").split()
+    cxx = os.environ.get("CXX") or shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+    with tempfile.TemporaryDirectory() as folder:
+        environment = install(os.path.join(folder, "root"))
+        tool = find_one(os.path.join(folder, "root"), "quoin")
+        print(run([tool, "--version"], env=environment).strip())
+        find_one(os.path.join(folder, "root"), "quoin.1")
+        build_and_run("sphere.c", cc, "-std=c11", os.path.join(HERE, "sphere.c"), environment, folder)
+        snippet = os.path.join(folder, "readme.c")
+        with open(snippet, "w", encoding="utf-8") as file:
+            file.write(readme_snippet())
+        shutil.copy(os.path.join(ROOT, "models", "ct-head.nrrd"), folder)
+        build_and_run("readme.c", cc, "-std=c11", snippet, environment, folder)
+        if not cxx:
+            print("skipped: C++, there is no C++ compiler")
+            return
+        build_and_run("sphere.cpp", cxx.split(), "-std=c++17", os.path.join(HERE, "sphere.cpp"), environment, folder)
+
+
+if __name__ == "__main__":
+    main()
