@@ -53,7 +53,7 @@ static void random_volumes_have_the_reference_s_connectivity(void **state) {
         check_field(context, &field, totals);
         test_field_free(&field);
     }
-    printf("%lld volumes: %lld vertices, %lld ambiguous cell faces, %lld of them tied\n",
+    printf("%lld volumes: %lld vertices, %lld ambiguous faces, %lld of them tied\n",
            (long long)count, (long long)totals[0], (long long)totals[1], (long long)totals[2]);
     assert_true(totals[1] > 1000 && totals[2] > 100);
     test_context_end(context);
