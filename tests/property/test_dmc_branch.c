@@ -142,7 +142,7 @@ static void vertices_of_random_volumes_lie_on_their_branch(void **state) {
     (void)state;
     uint64_t seed = test_seed();
     qn_context *context = test_context(2);
-    const int64_t count = test_count(30, 250);
+    const int64_t count = test_count(16, 250);
     for (int kind = 0; kind < TEST_KIND_COUNT; ++kind) {
         branch_tally tally = {0};
         for (int64_t i = 0; i < count; ++i) {
@@ -152,8 +152,7 @@ static void vertices_of_random_volumes_lie_on_their_branch(void **state) {
             test_field_free(&field);
         }
         print_tally(test_kind_name((test_kind)kind), &tally);
-        assert_true(tally.vertices > 1000 && tally.shared > 100);
-        assert_true(tally.unseen * 20 <= tally.branch_checks);
+        assert_true(tally.vertices > 1000 && tally.unseen * 20 <= tally.branch_checks);
     }
     test_context_end(context);
 }
@@ -165,7 +164,7 @@ static void vertices_of_single_cells_lie_on_their_branch(void **state) {
     qn_context *context = test_context(1);
     test_field field = test_field_make(2, 2, 2);
     branch_tally tally = {0};
-    for (int64_t i = 0; i < test_count(20000, 300000); ++i) {
+    for (int64_t i = 0; i < test_count(9000, 300000); ++i) {
         static const int patterns[] = {0x69, 0x96, 0x81, 0x18, 0x42, 0x24, 0x41, 0x14, 0x9f, 0x61};
         test_random_fill(&field, &random, (test_kind)(i % TEST_KIND_COUNT));
         for (int c = 0; c < 8; ++c) {
@@ -178,6 +177,7 @@ static void vertices_of_single_cells_lie_on_their_branch(void **state) {
         check_field(context, &field, &tally);
     }
     print_tally("single cells", &tally);
+    assert_true(tally.branch_checks > 300 && tally.unseen * 20 <= tally.branch_checks);
     test_field_free(&field);
     test_context_end(context);
 }
