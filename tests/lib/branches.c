@@ -5,6 +5,34 @@
 
 #include <math.h>
 
+test_box test_polygon_box(const test_field *field, const int64_t cell[3], uint16_t polygon) {
+    test_box box = {{1, 1, 1}, {0, 0, 0}};
+    for (int e = 0; e < TEST_CELL_EDGES; ++e) {
+        if (!(polygon >> e & 1))
+            continue;
+        test_edge edge = test_cell_edge(cell, e);
+        const int64_t *s = edge.sample;
+        double from = fabs(test_field_distance(field, s[0], s[1], s[2]));
+        double to = fabs(test_field_distance(field, s[0] + (edge.axis == 0), s[1] + (edge.axis == 1),
+                                             s[2] + (edge.axis == 2)));
+        for (int a = 0; a < 3; ++a) {
+            /* two samples on the iso-value: the whole edge is on the surface */
+            double low = a == edge.axis ? (from + to > 0 ? from / (from + to) : 0) : (double)(s[a] - cell[a]);
+            double high = a == edge.axis && from + to == 0 ? 1 : low;
+            box.low[a] = fmin(box.low[a], low);
+            box.high[a] = fmax(box.high[a], high);
+        }
+    }
+    return box;
+}
+
+bool test_box_holds(const test_box *box, const double local[3], const double reach[3]) {
+    for (int a = 0; a < 3; ++a) /* crossings are divided in double */
+        if (local[a] < box->low[a] - reach[a] - 1e-9 || local[a] > box->high[a] + reach[a] + 1e-9)
+            return false;
+    return true;
+}
+
 static int find(int *parent, int b) {
     while (parent[b] != b)
         b = parent[b] = parent[parent[b]];

@@ -6,6 +6,15 @@
 
 #include "lib/reference_dmc.h"
 
+/* The box of a polygon's crossings, local coordinates. Its branch lies within: a slice of the trilinear
+ * interpolant has saddles only, so no coordinate is extreme inside of the branch, nor on the arcs of
+ * its border. */
+typedef struct test_box {
+    double low[3], high[3];
+} test_box;
+test_box test_polygon_box(const test_field *field, const int64_t cell[3], uint16_t polygon);
+bool test_box_holds(const test_box *box, const double local[3], const double reach[3]);
+
 typedef struct test_branches {
     int boxes;            /* a side */
     int *component;       /* [boxes^3] -1 where no surface is */

@@ -7,7 +7,7 @@
 const char *test_kind_name(test_kind kind) {
     static const char *const names[TEST_KIND_COUNT] = {
         "gaussian", "heavy-tailed",   "small-integers", "checkerboard",
-        "smoothed", "binary", "thousand", "symmetric"};
+        "smoothed", "binary", "thousand", "symmetric", "near-ties", "sparse"};
     return names[kind];
 }
 
@@ -37,6 +37,10 @@ double test_random_sample(test_random *random, test_kind kind) {
         return (double)(1000.0f + (float)u);
     case TEST_SYMMETRIC:
         return (double)(test_random_range(random, 1, 2) * (u < 0 ? -1 : 1));
+    case TEST_NEAR_TIES:
+        return (u < 0 ? -1 : 1) * (1 - 0x1p-53 * (double)test_random_range(random, 0, 9));
+    case TEST_SPARSE:
+        return test_random_range(random, 0, 299) == 0 ? test_random_gaussian(random) : -0.7;
     default:
         return test_random_gaussian(random);
     }

@@ -14,6 +14,8 @@ typedef enum test_kind {
     TEST_BINARY,          /* labels 0 and 1, iso-value one half: every ambiguous face tied */
     TEST_THOUSAND,        /* 1000 +- 1 in floats: cancellation when the iso-value is taken off */
     TEST_SYMMETRIC,       /* +-1 and +-2: ties that are not at zero */
+    TEST_NEAR_TIES,       /* +-1 less a few units in the last place: products that round alike */
+    TEST_SPARSE,          /* a few specks in nothing: leaves without neighbours */
     TEST_KIND_COUNT
 } test_kind;
 

@@ -171,9 +171,8 @@ static uint16_t walk_polygon(const test_field *field, const int64_t cell[3], int
     return polygon;
 }
 
-int test_cell_polygons(const test_field *field, const int64_t cell[3], uint16_t polygons[4],
-                       int *ambiguous_out, int *tied_out) {
-    int count = 0, ambiguous = 0, tied = 0;
+int test_cell_polygons(const test_field *field, const int64_t cell[3], uint16_t polygons[4]) {
+    int count = 0;
     uint16_t done = 0;
     for (int e = 0; e < TEST_CELL_EDGES; ++e) {
         if (done >> e & 1 || !test_edge_crossed(field, test_cell_edge(cell, e)))
@@ -182,15 +181,6 @@ int test_cell_polygons(const test_field *field, const int64_t cell[3], uint16_t 
         polygons[count] = walk_polygon(field, cell, e);
         done |= polygons[count++];
     }
-    for (int f = 0; f < 6 && count > 0; ++f) {
-        bool is_tied;
-        ambiguous += test_face_decide(field, cell_face(cell, f), &is_tied) != TEST_FACE_PLAIN;
-        tied += is_tied;
-    }
-    if (ambiguous_out)
-        *ambiguous_out = ambiguous;
-    if (tied_out)
-        *tied_out = tied;
     return count;
 }
 
@@ -217,15 +207,26 @@ static void add_polygon(test_reference *reference, int64_t *capacity, const int6
     reference->polygons[reference->polygon_count++] = polygon;
 }
 
-/* Edges and faces are counted with the cell whose lowest corner they start from or, at the high ends,
- * not at all: those have no second cell. */
-static void count_owned(const test_field *field, const int64_t cell[3], test_reference *reference) {
+/* An edge is counted with the cell that starts at its sample. (Those at the high ends are not inner.) */
+static void count_edges(const test_field *field, const int64_t cell[3], test_reference *reference) {
     for (int a = 0; a < 3; ++a) {
         test_edge edge = test_cell_edge(cell, 4 * a);
         reference->quad_count += test_edge_is_inner(field, edge) && test_edge_crossed(field, edge);
-        if (cell[a] > test_field_first_cell(field))
-            reference->ambiguous_inner_faces +=
-                test_face_decide(field, cell_face(cell, 2 * a), NULL) != TEST_FACE_PLAIN;
+    }
+}
+
+/* A face is counted with the cell behind it, at the high ends with its only cell. */
+static void count_faces(const test_field *field, const int64_t cell[3], test_reference *reference) {
+    for (int f = 0; f < 6; ++f) {
+        const int a = f / 2;
+        const bool first = cell[a] == test_field_first_cell(field);
+        const bool last = cell[a] == test_field_end_cell(field, a) - 1;
+        bool tied;
+        if ((f & 1 && !last) || test_face_decide(field, cell_face(cell, f), &tied) == TEST_FACE_PLAIN)
+            continue;
+        reference->ambiguous_faces += 1;
+        reference->tied_faces += tied;
+        reference->ambiguous_inner_faces += f & 1 ? 0 : !first;
     }
 }
 
@@ -234,15 +235,13 @@ static void add_cell(const test_field *field, const int64_t cell[3], test_refere
     if (!cell_active(field, cell))
         return;
     uint16_t polygons[4];
-    int ambiguous, tied;
-    int count = test_cell_polygons(field, cell, polygons, &ambiguous, &tied);
+    int count = test_cell_polygons(field, cell, polygons);
     for (int p = 0; p < count; ++p)
         add_polygon(reference, capacity, cell, polygons[p]);
     reference->active_cells += 1;
     reference->multiple_cells += count > 1;
-    reference->ambiguous_faces += ambiguous;
-    reference->tied_faces += tied;
-    count_owned(field, cell, reference);
+    count_edges(field, cell, reference);
+    count_faces(field, cell, reference);
 }
 
 static void add_leaf(const test_field *field, const int64_t leaf[3], test_reference *reference,

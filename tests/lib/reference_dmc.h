@@ -41,10 +41,8 @@ test_edge test_face_partner(const test_field *field, test_face face, test_edge e
 /* The sign of p1 p2 - n1 n2 for numbers that are not negative; exact. */
 int test_compare_products(double p1, double p2, double n1, double n2);
 
-/* The polygons of a cell as sets of local edges, at most four; *ambiguous_out counts its ambiguous
- * faces, *tied_out those of them that are tied. */
-int test_cell_polygons(const test_field *field, const int64_t cell[3], uint16_t polygons[4],
-                       int *ambiguous_out, int *tied_out);
+/* The polygons of a cell as sets of local edges, at most four. */
+int test_cell_polygons(const test_field *field, const int64_t cell[3], uint16_t polygons[4]);
 
 typedef struct test_polygon {
     int64_t cell[3];
@@ -58,9 +56,8 @@ typedef struct test_reference {
     int64_t polygon_count;
     int64_t quad_count;           /* inner crossed edges */
     int64_t cell_count, active_cells, active_leaves, multiple_cells;
-    int64_t ambiguous_faces;      /* counted once a cell */
-    int64_t tied_faces;           /* counted once a cell */
-    int64_t ambiguous_inner_faces; /* faces with two cells, counted once */
+    int64_t ambiguous_faces, tied_faces; /* each lattice face counted once */
+    int64_t ambiguous_inner_faces;       /* those with a cell on both sides */
 } test_reference;
 
 test_reference test_reference_make(const test_field *field);

@@ -53,9 +53,34 @@ static void random_volumes_have_the_reference_s_connectivity(void **state) {
         check_field(context, &field, totals);
         test_field_free(&field);
     }
-    printf("%lld volumes: %lld vertices, %lld ambiguous cell faces, %lld of them tied\n",
+    printf("%lld volumes: %lld vertices, %lld ambiguous faces, %lld of them tied\n",
            (long long)count, (long long)totals[0], (long long)totals[1], (long long)totals[2]);
     assert_true(totals[1] > 1000 && totals[2] > 100);
+    test_context_end(context);
+}
+
+/* Many leaves along one axis, few along the others, most of them empty: neighbours that are missing, far
+ * away, or at the end of another row. */
+static void long_and_sparse_volumes_have_the_reference_s_connectivity(void **state) {
+    (void)state;
+    static const test_kind kinds[] = {TEST_SPARSE, TEST_SPARSE, TEST_SMOOTHED_NOISE, TEST_GAUSSIAN};
+    uint64_t seed = test_seed();
+    qn_context *context = test_context(2);
+    int64_t totals[3] = {0, 0, 0};
+    for (int64_t i = 0; i < test_count(24, 200); ++i) {
+        test_random random = {seed + 77777 + (uint64_t)i};
+        int64_t n[3];
+        for (int a = 0; a < 3; ++a)
+            n[a] = a == i % 3 ? test_random_range(&random, 100, 600) : test_random_range(&random, 1, 40);
+        test_field field = test_field_make(n[0], n[1], n[2]);
+        test_random_fill(&field, &random, kinds[i % 4]);
+        field.open = i & 8;
+        field.inside = i & 16 ? QN_INSIDE_BELOW : QN_INSIDE_ABOVE;
+        test_field_prepare(&field);
+        check_field(context, &field, totals);
+        test_field_free(&field);
+    }
+    assert_true(totals[0] > 10000);
     test_context_end(context);
 }
 
@@ -107,6 +132,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(products_are_compared_exactly),
         cmocka_unit_test(all_cells_have_the_reference_s_connectivity),
+        cmocka_unit_test(long_and_sparse_volumes_have_the_reference_s_connectivity),
         cmocka_unit_test(random_volumes_have_the_reference_s_connectivity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
