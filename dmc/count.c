@@ -72,6 +72,21 @@ static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9]
     return extra;
 }
 
+/* Quads are numbered by axis, then slice. `out` may be NULL when only their number is wanted. */
+static int count_quads(const qni_leaf_masks *masks, const qni_leaf_extent *extent, qni_leaf_quads *out) {
+    int quads = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int z = 0; z < QNI_LEAF; ++z) {
+            const uint64_t mask = qni_quads_of_slice(masks, extent, axis, z);
+            if (out) {
+                out->mask[axis][z] = mask;
+                out->before[axis][z] = (uint16_t)quads;
+            }
+            quads += __builtin_popcountll(mask);
+        }
+    return quads;
+}
+
 static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t band_row, worker *w,
                        qni_dmc_row *row, qni_dmc_leaf *out) {
     uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
@@ -84,18 +99,16 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t ba
     out->vertex_base = (uint32_t)row->vertex_count;
     out->quad_base = (uint32_t)row->quad_count;
     out->multi_base = (uint32_t)w->multi_count;
-    int cells = 0, extra = 0, quads = 0;
+    int cells = 0, extra = 0;
     for (int z = 0; z < QNI_LEAF; ++z) {
         out->active[z] = qni_active_of_slice(&masks, &extent, z);
         out->before_slice[z] = (uint16_t)cells;
         cells += __builtin_popcountll(out->active[z]);
         extra = count_slice_extras(field, signs, at, z, out->active[z], extra, w);
-        for (int axis = 0; axis < 3; ++axis)
-            quads += __builtin_popcountll(qni_quads_of_slice(&masks, &extent, axis, z));
     }
     out->multi_count = (uint16_t)(w->multi_count - out->multi_base);
     row->vertex_count += cells + extra;
-    row->quad_count += quads;
+    row->quad_count += count_quads(&masks, &extent, row->quads ? row->quads + (out - row->leaves) : NULL);
     w->tally.active_cells += cells;
     w->tally.multiple_cells += out->multi_count;
 }
@@ -118,6 +131,8 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     if (!row->leaves)
         return false;
     row->leaf_count = (int32_t)mixed;
+    if (dmc->with_halfedges && !(row->quads = qni_alloc(dmc->context, mixed, sizeof *row->quads)))
+        return false;
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     int64_t n = 0;
     for (int64_t x = 0; x < dmc->field.leaves[0]; ++x) {
@@ -153,6 +168,7 @@ void qni_dmc_free_rows(qni_dmc *dmc) {
     for (int64_t r = 0; dmc->rows && r < dmc->row_count; ++r) {
         qni_dmc_row *row = dmc->rows + r;
         qni_free(dmc->context, row->leaves, row->leaf_count, sizeof *row->leaves);
+        qni_free(dmc->context, row->quads, row->leaf_count, sizeof *row->quads);
         qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
     }
     qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);

@@ -12,8 +12,10 @@ void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes) {
     dmc->scratch_bytes = beside > dmc->scratch_bytes ? beside : dmc->scratch_bytes;
 }
 
-static int64_t bytes_of_mesh(const qni_dmc *dmc, bool with_normals) {
-    return dmc->vertex_count * (with_normals ? 24 : 12) + dmc->quad_count * 16;
+int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals) {
+    const int64_t a_vertex = 12 + (with_normals ? 12 : 0) + (dmc->with_halfedges ? 4 : 0);
+    const int64_t a_quad = 16 + (dmc->with_halfedges ? 16 : 0);
+    return dmc->vertex_count * a_vertex + dmc->quad_count * a_quad;
 }
 
 static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report *report) {
@@ -35,7 +37,7 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
     report->nan_samples = dmc->field.nan_count;
     report->infinite_samples = dmc->field.infinite_count;
     report->scratch_bytes = dmc->scratch_bytes;
-    report->output_bytes = bytes_of_mesh(dmc, with_normals);
+    report->output_bytes = qni_dmc_mesh_bytes(dmc, with_normals);
 }
 
 static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals, qn_mesh **mesh_out,
@@ -44,7 +46,9 @@ static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals,
     QN_TRY(qni_mesh_alloc(dmc->context, dmc->vertex_count, dmc->quad_count, 0, with_normals, &mesh, error));
     memcpy(mesh->space, grid->space, sizeof mesh->space);
     memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
-    qn_status status = qni_dmc_emit(dmc, mesh, error);
+    qn_status status = dmc->with_halfedges ? qni_mesh_alloc_halfedges(dmc->context, mesh, error) : QN_OK;
+    if (status == QN_OK)
+        status = qni_dmc_emit(dmc, mesh, error);
     if (status != QN_OK) {
         qn_mesh_destroy(mesh);
         return status;
@@ -65,6 +69,7 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     qni_dmc dmc = {.context = context, .held_before = qn_context_memory(context).current_bytes};
     const bool with_normals = !options->skip_normals;
     const double start = qni_seconds();
+    dmc.with_halfedges = options->halfedges && !options->triangles;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
     QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open, &dmc.field, error));

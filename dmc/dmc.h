@@ -23,8 +23,15 @@ typedef struct qni_dmc_leaf {
     uint16_t multi_count;
 } qni_dmc_leaf;
 
+/* The inner crossed edges of a leaf by axis and slice, and how many of its quads come before: for halfedges. */
+typedef struct qni_leaf_quads {
+    uint64_t mask[3][QNI_LEAF];
+    uint16_t before[3][QNI_LEAF];
+} qni_leaf_quads;
+
 typedef struct qni_dmc_row {
-    qni_dmc_leaf *leaves; /* ascending x */
+    qni_dmc_leaf *leaves;  /* ascending x */
+    qni_leaf_quads *quads; /* of each leaf; only when halfedges are wanted */
     qni_multi_cell *multis;
     int32_t leaf_count, multi_count;
     int64_t vertex_count, quad_count;
@@ -40,6 +47,7 @@ typedef struct qni_dmc_tally {
 typedef struct qni_dmc {
     qn_context *context;
     qni_field field;
+    bool with_halfedges;
     qni_dmc_row *rows;
     int64_t row_count;
     int64_t vertex_count, quad_count, leaf_count;
@@ -53,6 +61,7 @@ qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error);
 qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error);
 void qni_dmc_free_rows(qni_dmc *dmc);
 /* Note what is held now, of which `mesh_bytes` are output. */
+int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals);
 void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes);
 
 /* One iso-value, both passes. `mesh_out` stays NULL with options->count_only. */

@@ -4,6 +4,7 @@
 #include "dmc/dmc.h"
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
+#include "dmc/link.h"
 #include "dmc/vertex_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -34,6 +35,7 @@ typedef struct worker {
     uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
     qni_leaf_masks masks;
     leaf_ids ids;
+    qni_quad_ids quad_ids;
     qni_dmc_tally tally;
 } worker;
 
@@ -353,13 +355,30 @@ static void signs_of_tile(worker *w) {
         }
 }
 
+static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row, const qni_dmc_leaf *own,
+                      const qni_leaf_extent *extent, qni_upper_rows *upper) {
+    const qni_link_leaf link = {
+        .tile = (const double(*)[QNI_TILE][QNI_TILE])w->tile,
+        .signs = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs,
+        .extent = extent,
+        .leaf = own,
+        .multis = row->multis + own->multi_base,
+        .first_vertex = (uint32_t)(row->vertex_base + own->vertex_base),
+        .reverse = job->reverse,
+    };
+    qni_quad_ids_note(upper, own->x, &w->quad_ids);
+    qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges);
+}
+
 static void emit_row(const emission *job, int64_t index, worker *w) {
     const qni_dmc *dmc = job->dmc;
     const qni_dmc_row *row = dmc->rows + index;
     neighbour_rows rows;
+    qni_upper_rows upper;
     int32_t leaf[3];
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     find_neighbour_rows(dmc, index, &rows);
+    qni_upper_rows_init(dmc, index, &upper);
     for (int32_t n = 0; n < row->leaf_count; ++n) {
         const qni_dmc_leaf *own = row->leaves + n;
         leaf[0] = own->x;
@@ -376,6 +395,8 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         emit_vertices(job, w, row, own, at);
         if (job->mesh->quads)
             emit_quads(job, w, &extent, job->mesh->quads + 4 * (row->quad_base + own->quad_base));
+        if (job->mesh->twins)
+            link_leaf(job, w, row, own, &extent, &upper);
     }
 }
 
@@ -423,7 +444,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     if (!workers)
         return qni_fail_memory(error, "the worker threads");
     qn_status status = emit_rows(&job, workers, threads, error);
-    qni_dmc_note_memory(dmc, mesh->vertex_count * (mesh->normals ? 24 : 12) + mesh->quad_count * 16);
+    qni_dmc_note_memory(dmc, qni_dmc_mesh_bytes(dmc, mesh->normals != NULL));
     for (int32_t t = 0; t < threads; ++t) {
         dmc->tally.slice_points += workers[t].tally.slice_points;
         dmc->tally.degenerate_points += workers[t].tally.degenerate_points;
