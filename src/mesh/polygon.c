@@ -102,6 +102,17 @@ static void set_up(ring *r, int32_t count) {
             r->reflex[r->reflex_count++] = i;
 }
 
+/* Corners that were clipped, or that are reflex no more, need no looking at: clipping never makes one reflex. */
+static void refresh_reflex(ring *r) {
+    int32_t kept = 0;
+    for (int32_t k = 0; k < r->reflex_count; ++k) {
+        int32_t i = r->reflex[k];
+        if (r->next[i] >= 0 && !(turn_at(r, i) > 0))
+            r->reflex[kept++] = i;
+    }
+    r->reflex_count = kept;
+}
+
 static void unlink_corner(ring *r, int32_t i) {
     r->next[r->previous[i]] = r->next[i];
     r->previous[r->next[i]] = r->previous[i];
@@ -125,6 +136,8 @@ static void clip(ring *r, const uint32_t *corners, int32_t count, uint32_t *tria
         unlink_corner(r, at);
         --left;
         misses = 0;
+        if (left % 32 == 0)
+            refresh_reflex(r);
         at = r->next[behind]; /* every other corner: rounder triangles than a fan */
     }
     *triangles++ = corners[r->previous[at]];

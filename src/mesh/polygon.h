@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { QNI_LARGEST_CLIPPED = 4096 }; /* corners; beyond that a polygon becomes a fan */
+enum { QNI_LARGEST_CLIPPED = 2048 }; /* corners; beyond that a polygon becomes a fan */
 
 /* Room that splitting a polygon of `count` corners needs, and how much of it in bytes. */
 static inline int64_t qni_polygon_scratch_bytes(int64_t count) {

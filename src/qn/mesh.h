@@ -144,16 +144,25 @@ static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {
 }
 
 /* Write a mesh: PLY, OBJ, STL, OFF, GLB. The file appears whole or not at all: it is written under a
- * temporary name in the same folder and renamed. STL and GLB hold triangles only: quads are split as by
+ * temporary name in the same folder and renamed; what is there and is not a regular file (/dev/stdout, a
+ * FIFO) is written directly. STL and GLB hold triangles only: quads are split as by
  * qn_mesh_triangulate(). options may be NULL.
+ *
+ * Coordinates are written as they are, in every format; text has the fewest digits that read back to the same
+ * floats. PLY names space and unit in comments, GLB in asset.extras (glTF itself says metres and y up: scale
+ * and turn the mesh before where that matters). Nothing in a file changes from run to run.
  * QN_ERROR_OUTPUT            the folder is missing, the disk is full, no right to write
  * QN_ERROR_INVALID_ARGUMENT  no such format; a mesh too large for the format */
 QN_API qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
                                const qn_mesh_write_options *options, qn_error *error);
 
 /* Read a mesh: PLY, OBJ, STL, OFF (each also as .gz). Polygons of more than four corners are split into
- * triangles; the vertices of an STL file are joined where their coordinates are equal.
- * format: NULL or "" by the file's name and first bytes. */
+ * triangles, which come after the file's own; faces of fewer than three corners are left out with a warning.
+ * The vertices of an STL file are joined where their coordinates are equal, numbered as they first appear.
+ * Normals are read from PLY and OFF. Coordinates that are not finite are kept: qn_mesh_check() counts them.
+ * format: NULL or "" by the file's name and first bytes.
+ * QN_ERROR_INPUT             no such file, cut short, damaged; the message names the file and the line or byte
+ * QN_ERROR_INVALID_ARGUMENT  no such format */
 QN_API qn_status qn_mesh_read(qn_context *context, const char *path, const char *format,
                               qn_mesh **mesh_out, qn_error *error);
 
