@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 static bool is_mesh_format(const char *name) {
     static const char *const names[] = {"ply", "obj", "stl", "off", "glb"};
@@ -43,6 +44,9 @@ void input_ending(const char *path, char ending[8]) {
 
 static bool starts_like_a_mesh(const char *path) {
     char head[8] = "";
+    struct stat info;
+    if (stat(path, &info) != 0 || !S_ISREG(info.st_mode))
+        return false; /* a pipe's first bytes can be read only once */
     FILE *file = fopen(path, "rb");
     if (!file)
         return false;

@@ -71,7 +71,7 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "quoin mesh ct.nii.gz --iso 300 -o bone.ply\n"
      "quoin mesh ct.nii.gz --iso 300,-500 -o 'tissue_{iso}.stl'\n"
      "quoin mesh v.raw --shape 512,512,300 --dtype i16le --spacing 0.5,0.5,1.2 --iso 150 -o v.glb\n"
-     "quoin mesh ct.nii.gz --iso 300 -o - --to ply | other-program", 1, 1},
+     "cat ct.nii.gz | quoin mesh - --from nifti --iso 300 -o - --to ply | other-program", 1, 1},
     {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
      "quoin info ct.nii.gz\n"
      "quoin info --json ct.nii.gz", 1, 1},
@@ -112,7 +112,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
-     "nifti, nrrd, metaimage, npy, inr, mitsuba or raw; ply, obj, stl or off. By default the name and the first bytes tell."},
+     "nifti, nrrd, metaimage, npy, inr, mitsuba or raw; ply, obj, stl or off. By default the name and the first bytes tell; the input - (stdin) needs it."},
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
      "which placement of a NIfTI file to use; auto takes the one with the higher code"},
     {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},
@@ -434,6 +434,11 @@ static int read_operands(cli_options *options, int argc, char **argv) {
         return cli_usage("%s: one file too many; quoin %s %s", argv[optind + verb->most_operands],
                          verb->name, verb->synopsis);
     options->input = count > 0 ? argv[optind] : NULL;
+    if (options->input && strcmp(options->input, "-") == 0) {
+        if (!options->from[0])
+            return cli_usage("- (stdin): say the format: --from nifti");
+        options->input = "/dev/stdin";
+    }
     if (count > 1 && options->output)
         return cli_usage("%s and -o %s: give one output", argv[optind + 1], options->output);
     if (count > 1)

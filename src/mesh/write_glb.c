@@ -167,12 +167,13 @@ static void write_indices(const qn_mesh_view *view, qni_output *output) {
             qni_output_stopped(output, 0.6 + 0.4 * (double)i / (double)count))
             return;
         uint32_t pair[6];
-        const uint32_t *indices = view->triangles + 3 * (i - view->quad_count);
-        int corners = 3;
+        const uint32_t *indices = pair;
+        int corners = 6;
         if (i < view->quad_count) {
             qni_split_quad(view->positions, view->quads + 4 * i, pair);
-            indices = pair;
-            corners = 6;
+        } else {
+            indices = view->triangles + 3 * (i - view->quad_count);
+            corners = 3;
         }
         char *to = qni_output_reserve(output, sizeof pair);
         for (int c = 0; c < corners; ++c)

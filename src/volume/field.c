@@ -155,7 +155,7 @@ static void load_tile_at_end(const qni_field *field, const int64_t from[3],
             extrapolate(&tile[n][0][m], QNI_TILE, y);
     }
     for (int m = 0; m < QNI_TILE * QNI_TILE; ++m)
-        extrapolate(&tile[0][0][m], QNI_TILE * QNI_TILE, z);
+        extrapolate(&tile[0][m / QNI_TILE][m % QNI_TILE], QNI_TILE * QNI_TILE, z);
 }
 
 void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],

@@ -14,7 +14,7 @@ import tempfile
 FOLDERS = ("src", "octree", "cms", "dmc", "gpu", "tests", "models")
 SOURCES = (".c", ".h", ".cpp", ".hpp", ".cu", ".cuh")
 SCRIPTS = (".py", ".sh")
-LONGEST_LINE = 125  # .clang-format aims at 100; this is where it ends
+LONGEST_LINE = 132  # .clang-format aims at 100; this is where it ends
 MOST_LINES = 700
 
 
@@ -72,7 +72,7 @@ def check(root):
 def self_test():
     good = "// SPDX-License-Identifier: MIT\nint a;\n"
     bad = {
-        "long.c": good + "x" * 126 + "\n",
+        "long.c": good + "x" * 133 + "\n",
         "blank.c": good + "int b; \n",
         "tab.h": good + "\tint b;\n",
         "spdx.c": "int a;\n",

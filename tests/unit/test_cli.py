@@ -179,6 +179,19 @@ class Mesh(Case):
         self.quoin("mesh", "sphere.npy", "--iso", "0", "-o", "-", code=2)
         self.quoin("mesh", "sphere.npy", "-o", "-", "--to", "ply", "--report", "-", code=2)
 
+    def test_stdin_is_read(self):
+        expected = self.read(self.mesh())
+        for name, source in (("-", ["--from", "npy"]), ("/dev/stdin", [])):
+            done = subprocess.run([QUOIN, "mesh", name, *source, "--iso", "0", "-o", "in.ply"],
+                                  input=self.read("sphere.npy"), cwd=self.folder,
+                                  stderr=subprocess.PIPE)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(self.read("in.ply"), expected)
+        done = subprocess.run([QUOIN, "check", "-", "--from", "ply"], input=expected,
+                              stdout=subprocess.PIPE)
+        self.assertIn(b"good: closed", done.stdout)
+        self.quoin("mesh", "-", "--iso", "0", "-o", "in.ply", code=2)
+
     def test_raw_files_are_told_their_shape(self):
         expected = self.read(self.mesh())
         self.write("v.raw", b"head" + sphere())

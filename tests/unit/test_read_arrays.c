@@ -206,7 +206,7 @@ static void raw_needs_its_shape_and_contradictions_are_named(void **state) {
     assert_int_equal(qni_volume_read_memory(context, "x.nrrd", file.data, file.size, &options, &volume,
                                             &error),
                      QN_ERROR_INVALID_ARGUMENT);
-    assert_non_null(strstr(error.message, "--format raw"));
+    assert_non_null(strstr(error.message, "--from raw"));
     strcpy(options.format, "raw");
     options.raw_header = file.size - BLOCK_COUNT;
     assert_int_equal(qni_volume_read_memory(context, "x.nrrd", file.data, file.size, &options, &volume,
