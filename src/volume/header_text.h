@@ -10,12 +10,13 @@
 
 /* Cut white space at both ends, in place; returns the new beginning. */
 char *qni_text_trim(char *text);
-bool qni_text_same(const char *a, const char *b); /* ignoring case */
+bool qni_text_same(const char *a, const char *b);         /* ignoring case */
 bool qni_text_ends(const char *text, const char *ending); /* ignoring case */
 /* Split "key = value" at the first `separator`; both parts trimmed. False without a separator. */
 bool qni_text_split(char *line, char separator, char **key_out, char **value_out);
 
-/* One number at *at, which moves past it. False when there is none. Reads "nan" and "inf" as well. */
+/* One number at *at, which moves past it. False when there is none. Reads "nan" and "inf" as well.
+ */
 bool qni_text_double(const char **at, double *value_out);
 bool qni_text_integer(const char **at, int64_t *value_out);
 /* Exactly `count` numbers between white space and commas, and nothing after them. */

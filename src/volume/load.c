@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* From a header to a volume: sizes are checked, samples read into one block of their stored type. */
+/* From a header to a volume: sizes are checked, samples read into one block of their stored type.
+ */
 #include "volume/load.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -14,9 +15,9 @@ qn_status qni_load_overrides(const qni_source *source, const qn_volume_read_opti
     for (int a = 0; options->has_spacing && a < 3; ++a) {
         double length = hypot(hypot(matrix[0][a], matrix[1][a]), matrix[2][a]);
         if (!(length > 0) || !isfinite(length))
-            return qni_source_fail(source, error,
-                                   "the direction of axis %d has no length, so it cannot be given a spacing",
-                                   a);
+            return qni_source_fail(
+                source, error,
+                "the direction of axis %d has no length, so it cannot be given a spacing", a);
         for (int row = 0; row < 3; ++row)
             matrix[row][a] = matrix[row][a] / length * options->spacing[a];
     }
@@ -33,14 +34,16 @@ qn_status qni_load_bytes(const qni_source *source, const qn_grid *grid, int64_t 
         if (grid->size[a] < 1 || grid->size[a] > largest ||
             __builtin_mul_overflow(bytes, grid->size[a], &bytes))
             return qni_source_fail(
-                source, error, "its header asks for %lld x %lld x %lld samples, which makes no sense",
+                source, error,
+                "its header asks for %lld x %lld x %lld samples, which makes no sense",
                 (long long)grid->size[0], (long long)grid->size[1], (long long)grid->size[2]);
     *bytes_out = bytes;
     return QN_OK;
 }
 
 static qn_status read_binary(qni_source *source, char *samples, int64_t bytes, qn_error *error) {
-    const int64_t largest_step = INT64_C(1) << 24; /* so that progress is told and asked often enough */
+    const int64_t largest_step = INT64_C(1)
+                                 << 24; /* so that progress is told and asked often enough */
     int64_t offset = source->offset;
     for (int64_t done = 0, found; done < bytes; done += found) {
         int64_t step = bytes - done < largest_step ? bytes - done : largest_step;
@@ -114,11 +117,12 @@ static qn_status read_text(qni_source *source, char *samples, int64_t count, qn_
             return qni_fail(error, QN_ERROR_CANCELLED, "reading was cancelled");
         QN_TRY(read_word(source, word, error));
         if (!word[0])
-            return qni_source_fail(source, error, "truncated: wanted %lld numbers as text, found %lld",
+            return qni_source_fail(source, error,
+                                   "truncated: wanted %lld numbers as text, found %lld",
                                    (long long)count, (long long)i);
         if (!store_number(word, scalar, samples + (size_t)i * size))
-            return qni_source_fail(source, error, "'%s', number %lld of the samples, is no %s", word,
-                                   (long long)i, qn_scalar_name(scalar));
+            return qni_source_fail(source, error, "'%s', number %lld of the samples, is no %s",
+                                   word, (long long)i, qn_scalar_name(scalar));
     }
     return QN_OK;
 }
@@ -142,20 +146,19 @@ qn_status qni_load(qni_source *source, qn_grid *grid, qni_encoding encoding, con
     int64_t count = bytes / (int64_t)qn_scalar_size(grid->scalar);
     int64_t needed = encoding == QNI_TEXT ? 2 * count - 1 : bytes; /* a digit and a gap each */
     if (needed > bound)
-        return qni_source_fail(source, error,
-                               "truncated: %lld x %lld x %lld samples of type %s need %lld bytes at "
-                               "offset %lld, the file holds%s %lld",
-                               (long long)grid->size[0], (long long)grid->size[1],
-                               (long long)grid->size[2], qn_scalar_name(grid->scalar),
-                               (long long)needed, (long long)source->offset,
-                               source->inflate ? " at most" : "", (long long)bound);
+        return qni_source_fail(
+            source, error,
+            "truncated: %lld x %lld x %lld samples of type %s need %lld bytes at "
+            "offset %lld, the file holds%s %lld",
+            (long long)grid->size[0], (long long)grid->size[1], (long long)grid->size[2],
+            qn_scalar_name(grid->scalar), (long long)needed, (long long)source->offset,
+            source->inflate ? " at most" : "", (long long)bound);
     void *samples = qni_alloc(source->context, bytes, 1);
     if (!samples)
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for %lld bytes of samples",
-                        (long long)bytes);
-    qn_status status = encoding == QNI_TEXT
-                           ? read_text(source, samples, count, grid->scalar, error)
-                           : read_binary(source, samples, bytes, error);
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "not enough memory for %lld bytes of samples", (long long)bytes);
+    qn_status status = encoding == QNI_TEXT ? read_text(source, samples, count, grid->scalar, error)
+                                            : read_binary(source, samples, bytes, error);
     if (status == QN_OK)
         status = qni_source_check_end(source, &more, error);
     if (status == QN_OK)

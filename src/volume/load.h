@@ -9,15 +9,17 @@
 
 typedef enum qni_encoding { QNI_BINARY, QNI_TEXT } qni_encoding;
 
-/* Put the spacing and origin of the options, where given, into a matrix whose columns are the file's
- * axes. Fails when a direction is zero, so that it cannot be scaled. */
+/* Put the spacing and origin of the options, where given, into a matrix whose columns are the
+ * file's axes. Fails when a direction is zero, so that it cannot be scaled. */
 qn_status qni_load_overrides(const qni_source *source, const qn_volume_read_options *options,
                              double matrix[4][4], qn_error *error);
-/* Bytes of the packed samples; fails when a size is below 1, too large, or the product overflows. */
+/* Bytes of the packed samples; fails when a size is below 1, too large, or the product overflows.
+ */
 qn_status qni_load_bytes(const qni_source *source, const qn_grid *grid, int64_t *bytes_out,
                          qn_error *error);
-/* Read the packed samples that come next in `source` and make the volume. Sizes are checked against what
- * the source can hold before memory is asked for. *more_out, which may be NULL, tells whether bytes follow. */
+/* Read the packed samples that come next in `source` and make the volume. Sizes are checked against
+ * what the source can hold before memory is asked for. *more_out, which may be NULL, tells whether
+ * bytes follow. */
 qn_status qni_load(qni_source *source, qn_grid *grid, qni_encoding encoding, const char *format,
                    bool *more_out, qn_volume **volume_out, qn_error *error);
 

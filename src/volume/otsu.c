@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Otsu's thresholds by trying all places for them; with 512 bins that is a quarter of a million tries. */
+/* Otsu's thresholds by trying all places for them; with 512 bins that is a quarter of a million
+ * tries. */
 #include "volume/otsu.h"
 
 /* Samples and sum of bin numbers in the bins before each edge. */
@@ -15,7 +16,8 @@ static double class_score(const moments *of, int a, int b) {
     return weight > 0 ? sum * sum / weight : 0;
 }
 
-/* All edges within a run of empty bins part the samples alike: the middle of the run is the fairest. */
+/* All edges within a run of empty bins part the samples alike: the middle of the run is the
+ * fairest. */
 static double middle_of_gap(const int64_t *counts, int count, int edge) {
     int first = edge, last = edge;
     while (first > 1 && counts[first - 1] == 0)

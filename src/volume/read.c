@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Reading a volume file: which reader, by the options, else by the first bytes, else by the name. */
+/* Reading a volume file: which reader, by the options, else by the first bytes, else by the name.
+ */
 #include "core/status.h"
 #include "volume/header_text.h"
 #include "volume/load.h"
@@ -81,17 +82,19 @@ static qn_status choose_format(qni_source *source, const qn_volume_read_options 
     QN_TRY(qni_source_peek(source, 540, &bytes, &count, error));
     const char *name = format_by_bytes(bytes, count);
     if (name && has_shape(options))
-        return qni_source_fail_as(source, QN_ERROR_INVALID_ARGUMENT, error,
-                                  "is a %s file and says its own shape and type; leave --shape and --dtype "
-                                  "out, or give --from raw",
-                                  name);
+        return qni_source_fail_as(
+            source, QN_ERROR_INVALID_ARGUMENT, error,
+            "is a %s file and says its own shape and type; leave --shape and --dtype "
+            "out, or give --from raw",
+            name);
     *format_out = name                 ? format_by_name(name)
                   : has_shape(options) ? format_by_name("raw")
                                        : format_by_ending(source->path);
     if (!*format_out)
-        return qni_source_fail(source, error,
-                               "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba); "
-                               "for samples without a header give --shape X,Y,Z --dtype u8");
+        return qni_source_fail(
+            source, error,
+            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba); "
+            "for samples without a header give --shape X,Y,Z --dtype u8");
     return QN_OK;
 }
 
@@ -99,10 +102,13 @@ static qn_status check_numbers(const qn_volume_read_options *options, qn_error *
     for (int a = 0; a < 3; ++a) {
         if (options->has_spacing && !(options->spacing[a] > 0 && isfinite(options->spacing[a])))
             return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                            "a spacing of %g along axis %d: give numbers above 0", options->spacing[a], a);
+                            "a spacing of %g along axis %d: give numbers above 0",
+                            options->spacing[a], a);
         if (options->has_origin && !isfinite(options->origin[a]))
-            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the origin must be three finite numbers");
-        if (has_shape(options) && (options->raw_size[a] < 1 || options->raw_size[a] > INT32_MAX - 15))
+            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                            "the origin must be three finite numbers");
+        if (has_shape(options) &&
+            (options->raw_size[a] < 1 || options->raw_size[a] > INT32_MAX - 15))
             return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                             "a shape of %lld x %lld x %lld: each side must be from 1 to %d",
                             (long long)options->raw_size[0], (long long)options->raw_size[1],
@@ -114,9 +120,10 @@ static qn_status check_numbers(const qn_volume_read_options *options, qn_error *
 static qn_status check_options(const qn_volume_read_options *options, qn_error *error) {
     if (memchr(options->format, 0, sizeof options->format) == NULL ||
         (options->format[0] && !format_by_name(options->format)))
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba raw",
-                        options->format);
+        return qni_fail(
+            error, QN_ERROR_INVALID_ARGUMENT,
+            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba raw",
+            options->format);
     QN_TRY(check_numbers(options, error));
     if ((int)options->raw_scalar < 0 || options->raw_scalar >= QN_SCALAR_COUNT)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "%d is no scalar type",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* INRIMAGE-4 volumes (.inr): a text header padded to a multiple of 256 bytes, ending in "##}", then samples. */
+/* INRIMAGE-4 volumes (.inr): a text header padded to a multiple of 256 bytes, ending in "##}", then
+ * samples. */
 #include "core/status.h"
 #include "volume/header_text.h"
 #include "volume/load.h"
@@ -43,9 +44,9 @@ static bool choose_scalar(const inr_header *header, qn_scalar *scalar) {
         int bits;
         bool is_float, is_signed;
         qn_scalar scalar;
-    } types[] = {{8, false, false, QN_U8},   {8, false, true, QN_I8},   {16, false, false, QN_U16},
-                 {16, false, true, QN_I16},  {32, false, false, QN_U32}, {32, false, true, QN_I32},
-                 {32, true, false, QN_F32},  {64, true, false, QN_F64}};
+    } types[] = {{8, false, false, QN_U8},  {8, false, true, QN_I8},    {16, false, false, QN_U16},
+                 {16, false, true, QN_I16}, {32, false, false, QN_U32}, {32, false, true, QN_I32},
+                 {32, true, false, QN_F32}, {64, true, false, QN_F64}};
     for (size_t i = 0; i < sizeof types / sizeof types[0]; ++i)
         if (types[i].bits == header->bits && types[i].is_float == header->is_float &&
             types[i].is_signed == header->is_signed) {
@@ -65,13 +66,15 @@ static qn_status parse_header(qni_source *source, inr_header *header, qn_error *
         char *key, *value;
         QN_TRY(qni_source_line(source, line, sizeof line, &ended, error));
         if (ended)
-            return qni_source_fail(source, error, "truncated: its INRIMAGE header has no end mark '##}'");
+            return qni_source_fail(source, error,
+                                   "truncated: its INRIMAGE header has no end mark '##}'");
         if (strncmp(line, "##}", 3) == 0)
             break;
         if (line[0] != '#' && qni_text_split(line, '=', &key, &value) &&
             !parse_field(key, value, header))
-            return qni_source_fail(source, error, "its INRIMAGE header has '%.40s=%.80s', which makes no "
-                                                  "sense",
+            return qni_source_fail(source, error,
+                                   "its INRIMAGE header has '%.40s=%.80s', which makes no "
+                                   "sense",
                                    key, value);
     }
     if (header->channels != 1)
@@ -86,10 +89,11 @@ qn_status qni_read_inr(qni_source *source, const qn_volume_read_options *options
     QN_TRY(parse_header(source, &header, error));
     qn_grid grid = {.slope = 1, .swapped = header.big_endian != qni_machine_is_big_endian()};
     if (!choose_scalar(&header, &grid.scalar))
-        return qni_source_fail(source, error,
-                               "samples of %lld bits of its TYPE are not read; convert them to integers of 8 "
-                               "to 32 bits, or to float",
-                               (long long)header.bits);
+        return qni_source_fail(
+            source, error,
+            "samples of %lld bits of its TYPE are not read; convert them to integers of 8 "
+            "to 32 bits, or to float",
+            (long long)header.bits);
     for (int a = 0; a < 3; ++a) {
         grid.size[a] = header.size[a];
         grid.index_to_world[a][a] = header.spacing[a];

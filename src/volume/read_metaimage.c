@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* MetaImage volumes: .mha with its samples inside, .mhd with a data file; plain, zlib-packed or text.
- * The numbers of TransformMatrix are the world directions of the axes, one axis after another. */
+/* MetaImage volumes: .mha with its samples inside, .mhd with a data file; plain, zlib-packed or
+ * text. The numbers of TransformMatrix are the world directions of the axes, one axis after
+ * another. */
 #include "core/status.h"
 #include "volume/header_text.h"
 #include "volume/load.h"
@@ -16,7 +17,8 @@ typedef struct meta_header {
     double direction[3][3]; /* direction[a]: unit step along axis a in the world */
     bool big_endian, packed, text;
     int64_t packed_size; /* 0: not said */
-    int64_t header_size; /* bytes before the samples in the data file; -1: the samples are at its end */
+    int64_t
+        header_size; /* bytes before the samples in the data file; -1: the samples are at its end */
     char space[32], unit[16];
     char data_file[1024];
 } meta_header;
@@ -25,7 +27,7 @@ static bool parse_type(const char *text, qn_scalar *scalar) {
     static const struct {
         const char *name;
         qn_scalar scalar;
-    } types[] = {{"MET_CHAR", QN_I8},   {"MET_UCHAR", QN_U8},  {"MET_SHORT", QN_I16},
+    } types[] = {{"MET_CHAR", QN_I8},    {"MET_UCHAR", QN_U8},  {"MET_SHORT", QN_I16},
                  {"MET_USHORT", QN_U16}, {"MET_INT", QN_I32},   {"MET_UINT", QN_U32},
                  {"MET_LONG", QN_I32},   {"MET_ULONG", QN_U32}, /* four bytes in MetaImage */
                  {"MET_FLOAT", QN_F32},  {"MET_DOUBLE", QN_F64}};
@@ -76,23 +78,26 @@ static void parse_words(const char *key, const char *value, meta_header *header)
 static qn_status check_scope(const qni_source *source, const char *key, const char *value,
                              qn_error *error) {
     if (qni_text_same(key, "ObjectType") && !qni_text_same(value, "Image"))
-        return qni_source_fail(source, error, "is a MetaIO file of a %.40s, not of an Image", value);
-    if (qni_text_same(key, "NDims") && !qni_text_same(value, "3"))
-        return qni_source_fail(source, error, "is a MetaImage of %.20s dimensions; a volume has 3", value);
-    if (qni_text_same(key, "ElementNumberOfChannels") && !qni_text_same(value, "1"))
-        return qni_source_fail(source, error,
-                               "has %.20s channels; a volume has one number a sample: save one channel as a "
-                               "file of its own",
+        return qni_source_fail(source, error, "is a MetaIO file of a %.40s, not of an Image",
                                value);
+    if (qni_text_same(key, "NDims") && !qni_text_same(value, "3"))
+        return qni_source_fail(source, error, "is a MetaImage of %.20s dimensions; a volume has 3",
+                               value);
+    if (qni_text_same(key, "ElementNumberOfChannels") && !qni_text_same(value, "1"))
+        return qni_source_fail(
+            source, error,
+            "has %.20s channels; a volume has one number a sample: save one channel as a "
+            "file of its own",
+            value);
     return QN_OK;
 }
 
 static qn_status parse_data_file(const qni_source *source, const char *value, meta_header *header,
                                  qn_error *error) {
     if (strncmp(value, "LIST", 4) == 0 || strchr(value, '%'))
-        return qni_source_fail(source, error,
-                               "its header names several data files (%.60s); join them into one file",
-                               value);
+        return qni_source_fail(
+            source, error, "its header names several data files (%.60s); join them into one file",
+            value);
     if (!value[0] || strlen(value) >= sizeof header->data_file)
         return qni_source_fail(source, error, "the name of its data file is empty or too long");
     strcpy(header->data_file, value);
@@ -103,22 +108,24 @@ static qn_status parse_field(const qni_source *source, char *line, meta_header *
                              qn_error *error) {
     char *key, *value;
     if (!qni_text_split(line, '=', &key, &value))
-        return qni_source_fail(source, error, "its MetaImage header has a line without '=': %.60s", line);
+        return qni_source_fail(source, error, "its MetaImage header has a line without '=': %.60s",
+                               line);
     QN_TRY(check_scope(source, key, value, error));
     if (qni_text_same(key, "ElementType")) {
         header->has_type = parse_type(value, &header->scalar);
         if (!header->has_type)
-            return qni_source_fail(source, error,
-                                   "samples of type '%.40s' are not read; convert them to integers of 8 to 32 "
-                                   "bits, or to float",
-                                   value);
+            return qni_source_fail(
+                source, error,
+                "samples of type '%.40s' are not read; convert them to integers of 8 to 32 "
+                "bits, or to float",
+                value);
     }
     if (qni_text_same(key, "ElementDataFile"))
         return parse_data_file(source, value, header, error);
     parse_words(key, value, header);
     if (!parse_numbers(key, value, header))
-        return qni_source_fail(source, error, "its header has '%.40s = %.80s', which makes no sense", key,
-                               value);
+        return qni_source_fail(source, error,
+                               "its header has '%.40s = %.80s', which makes no sense", key, value);
     return QN_OK;
 }
 
@@ -157,7 +164,8 @@ static qn_status skip_to_samples(qni_source *source, const meta_header *header, 
         int64_t rest = qni_source_bound(source), bytes = header->packed_size;
         if (!header->packed)
             QN_TRY(qni_load_bytes(source, grid, &bytes, error));
-        if (source->inflate || source->file_size < 0 || (header->packed && bytes == 0) || header->text)
+        if (source->inflate || source->file_size < 0 || (header->packed && bytes == 0) ||
+            header->text)
             return qni_source_fail(source, error,
                                    "'HeaderSize = -1' needs a plain data file of known size");
         if (rest < bytes)
@@ -176,8 +184,8 @@ static qn_status load(qni_source *source, const meta_header *header, qn_grid *gr
                                              qni_source_bound(source), error);
         QN_TRY(qni_source_inflate(source, error));
     }
-    return qni_load(source, grid, header->text ? QNI_TEXT : QNI_BINARY, "metaimage", NULL, volume_out,
-                    error);
+    return qni_load(source, grid, header->text ? QNI_TEXT : QNI_BINARY, "metaimage", NULL,
+                    volume_out, error);
 }
 
 qn_status qni_read_metaimage(qni_source *source, const qn_volume_read_options *options,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* NIfTI-1 and NIfTI-2, single (.nii) and paired (.hdr with .img), in either byte order.
- * Of nifti_clib only the header structs and the calls that compute (byte swapping, quaternion, type names) are
- * used: its readers print and trust headers, so every field is checked here and samples come from our source. */
+ * Of nifti_clib only the header structs and the calls that compute (byte swapping, quaternion, type
+ * names) are used: its readers print and trust headers, so every field is checked here and samples
+ * come from our source. */
 #include "core/status.h"
 #include "qni_config.h"
 #include "volume/header_text.h"
@@ -56,9 +57,10 @@ static qn_status read_version_1(qni_source *source, nifti_facts *facts, qn_error
     nifti_1_header header;
     QN_TRY(qni_source_read(source, &header, sizeof header, error));
     if (memcmp(header.magic, "n+1", 4) != 0 && memcmp(header.magic, "ni1", 4) != 0)
-        return qni_source_fail(source, error,
-                               "has no NIfTI mark at byte 344 (an ANALYZE 7.5 header?); convert it to "
-                               "NIfTI first");
+        return qni_source_fail(
+            source, error,
+            "has no NIfTI mark at byte 344 (an ANALYZE 7.5 header?); convert it to "
+            "NIfTI first");
     facts->swapped = header.sizeof_hdr != 348;
     if (facts->swapped)
         nifti_swap_as_nifti1(&header);
@@ -71,9 +73,10 @@ static qn_status read_version_1(qni_source *source, nifti_facts *facts, qn_error
 static qn_status read_version_2(qni_source *source, nifti_facts *facts, qn_error *error) {
     nifti_2_header header;
     QN_TRY(qni_source_read(source, &header, sizeof header, error));
-    if (memcmp(header.magic, "n+2\0\r\n\032\n", 8) != 0 && memcmp(header.magic, "ni2\0\r\n\032\n", 8) != 0)
-        return qni_source_fail(source, error,
-                               "has no NIfTI-2 mark at byte 4; was it changed in a transfer as text?");
+    if (memcmp(header.magic, "n+2\0\r\n\032\n", 8) != 0 &&
+        memcmp(header.magic, "ni2\0\r\n\032\n", 8) != 0)
+        return qni_source_fail(
+            source, error, "has no NIfTI-2 mark at byte 4; was it changed in a transfer as text?");
     facts->swapped = header.sizeof_hdr != 540;
     if (facts->swapped)
         nifti_swap_as_nifti2(&header);
@@ -104,16 +107,18 @@ static qn_status check_sizes(const qni_source *source, const nifti_facts *facts,
                              qn_error *error) {
     int64_t count = facts->dim[0];
     if (count < 1 || count > 7)
-        return qni_source_fail(source, error, "its NIfTI header asks for %lld dimensions, of 1 to 7",
+        return qni_source_fail(source, error,
+                               "its NIfTI header asks for %lld dimensions, of 1 to 7",
                                (long long)count);
     for (int a = 0; a < 3; ++a)
         grid->size[a] = a < count ? facts->dim[a + 1] : 1;
     for (int a = 4; a <= count; ++a)
         if (facts->dim[a] > 1)
-            return qni_source_fail(source, error,
-                                   "holds %lld volumes along dimension %d; only single volumes are read: "
-                                   "write the one you want to a file of its own",
-                                   (long long)facts->dim[a], a);
+            return qni_source_fail(
+                source, error,
+                "holds %lld volumes along dimension %d; only single volumes are read: "
+                "write the one you want to a file of its own",
+                (long long)facts->dim[a], a);
     return QN_OK;
 }
 
@@ -145,10 +150,11 @@ static qn_status choose_scalar(const qni_source *source, int datatype, qn_scalar
         *scalar = QN_F64;
         return QN_OK;
     default:
-        return qni_source_fail(source, error,
-                               "samples of NIfTI type %d (%s) are not read; convert it to an integer type of "
-                               "8 to 32 bits, or to float",
-                               datatype, nifti_datatype_to_string(datatype));
+        return qni_source_fail(
+            source, error,
+            "samples of NIfTI type %d (%s) are not read; convert it to an integer type of "
+            "8 to 32 bits, or to float",
+            datatype, nifti_datatype_to_string(datatype));
     }
 }
 
@@ -162,9 +168,10 @@ static qn_status pixdim_matrix(const qni_source *source, const nifti_facts *fact
         if (options->has_spacing)
             matrix[a][a] = 1; /* replaced below in any case */
         else if (!(matrix[a][a] > 0) || !isfinite(matrix[a][a]))
-            return qni_source_fail(source, error,
-                                   "its NIfTI header has a spacing of %g along axis %d; give --spacing X,Y,Z",
-                                   facts->pixdim[a + 1], a);
+            return qni_source_fail(
+                source, error,
+                "its NIfTI header has a spacing of %g along axis %d; give --spacing X,Y,Z",
+                facts->pixdim[a + 1], a);
     }
     matrix[3][3] = 1;
     return QN_OK;
@@ -178,8 +185,8 @@ static void sform_matrix(const nifti_facts *facts, double matrix[4][4]) {
 
 static void qform_matrix(const nifti_facts *facts, double matrix[4][4]) {
     nifti_dmat44 computed = nifti_quatern_to_dmat44(
-        facts->quatern[0], facts->quatern[1], facts->quatern[2], facts->qoffset[0], facts->qoffset[1],
-        facts->qoffset[2], facts->pixdim[1], facts->pixdim[2], facts->pixdim[3],
+        facts->quatern[0], facts->quatern[1], facts->quatern[2], facts->qoffset[0],
+        facts->qoffset[1], facts->qoffset[2], facts->pixdim[1], facts->pixdim[2], facts->pixdim[3],
         facts->pixdim[0] < 0 ? -1.0 : 1.0);
     for (int row = 0; row < 4; ++row)
         for (int column = 0; column < 4; ++column)
@@ -198,12 +205,13 @@ static qn_status choose_matrix(const qni_source *source, const nifti_facts *fact
         return pixdim_matrix(source, facts, options, grid->index_to_world, error);
     int code = sform ? facts->sform_code : facts->qform_code;
     if (code <= 0)
-        return qni_source_fail(source, error,
-                               "its %s has code %d, which means it is not set; use --transform %s or pixdim",
-                               sform ? "sform" : "qform", code,
-                               (sform ? facts->qform_code : facts->sform_code) <= 0 ? "auto"
-                               : sform                                              ? "qform"
-                                                                                    : "sform");
+        return qni_source_fail(
+            source, error,
+            "its %s has code %d, which means it is not set; use --transform %s or pixdim",
+            sform ? "sform" : "qform", code,
+            (sform ? facts->qform_code : facts->sform_code) <= 0 ? "auto"
+            : sform                                              ? "qform"
+                                                                 : "sform");
     if (sform)
         sform_matrix(facts, grid->index_to_world);
     else
@@ -295,7 +303,8 @@ qn_status qni_read_nifti(qni_source *source, const qn_volume_read_options *optio
         qni_source_close(&partner);
         QN_TRY(status);
         if (!facts.paired)
-            return qni_source_fail(source, error, "its header beside it says that it is a single file");
+            return qni_source_fail(source, error,
+                                   "its header beside it says that it is a single file");
         return load(source, &facts, &grid, volume_out, error);
     }
     QN_TRY(read_header(source, options, &facts, &grid, error));
@@ -313,9 +322,10 @@ qn_status qni_read_nifti(qni_source *source, const qn_volume_read_options *optio
                          qn_volume **volume_out, qn_error *error) {
     (void)options;
     *volume_out = NULL;
-    return qni_source_fail_as(source, QN_ERROR_UNSUPPORTED, error,
-                              "NIfTI volumes are not built in: install libnifti2-dev and configure with "
-                              "-Dnifti=enabled");
+    return qni_source_fail_as(
+        source, QN_ERROR_UNSUPPORTED, error,
+        "NIfTI volumes are not built in: install libnifti2-dev and configure with "
+        "-Dnifti=enabled");
 }
 
 #endif

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* NumPy arrays (.npy, versions 1 to 3) of three axes: array[i, j, k] lies at world position (i, j, k) times
- * the spacing plus the origin. In C order k is fastest in memory: the lattice is then the array with its axes
- * reversed, so that x stays the fastest, and the matrix sends lattice x to world z. */
+/* NumPy arrays (.npy, versions 1 to 3) of three axes: array[i, j, k] lies at world position (i, j,
+ * k) times the spacing plus the origin. In C order k is fastest in memory: the lattice is then the
+ * array with its axes reversed, so that x stays the fastest, and the matrix sends lattice x to
+ * world z. */
 #include "core/context.h"
 #include "core/status.h"
 #include "volume/header_text.h"
@@ -73,16 +74,18 @@ static qn_status parse_header(const qni_source *source, const char *text, npy_he
     const char *order = find_value(text, "fortran_order");
     int axes = parse_shape(find_value(text, "shape"), header->shape);
     if (!parse_type(find_value(text, "descr"), header->type))
-        return qni_source_fail(source, error,
-                               "its NumPy header names no plain type (a structured array?); save one field "
-                               "as a plain array");
+        return qni_source_fail(
+            source, error,
+            "its NumPy header names no plain type (a structured array?); save one field "
+            "as a plain array");
     if (!order || axes < 0)
         return qni_source_fail(source, error, "its NumPy header makes no sense: %.120s", text);
     if (axes != 3)
-        return qni_source_fail(source, error,
-                               "its array has %d axes, a volume has 3; save a[..., 0], a.squeeze() or the "
-                               "like",
-                               axes);
+        return qni_source_fail(
+            source, error,
+            "its array has %d axes, a volume has 3; save a[..., 0], a.squeeze() or the "
+            "like",
+            axes);
     header->fortran_order = strncmp(order, "True", 4) == 0;
     return QN_OK;
 }
@@ -103,10 +106,11 @@ static qn_status parse_scalar(const qni_source *source, const char *type, qn_gri
             grid->swapped = big != qni_machine_is_big_endian();
             return QN_OK;
         }
-    return qni_source_fail(source, error,
-                           "samples of NumPy type '%s' are not read; save a.astype('float32') or another of "
-                           "u1 i1 u2 i2 u4 i4 f4 f8",
-                           type);
+    return qni_source_fail(
+        source, error,
+        "samples of NumPy type '%s' are not read; save a.astype('float32') or another of "
+        "u1 i1 u2 i2 u4 i4 f4 f8",
+        type);
 }
 
 /* Magic, version, header length: where the text begins and how long it is. */
@@ -116,8 +120,9 @@ static qn_status read_preamble(qni_source *source, int64_t *length_out, qn_error
     if (memcmp(bytes, "\x93NUMPY", 6) != 0)
         return qni_source_fail(source, error, "does not begin with the mark of a NumPy file");
     if (bytes[6] < 1 || bytes[6] > 3)
-        return qni_source_fail(source, error, "NumPy format version %d.%d is not known; 1, 2 and 3 are",
-                               bytes[6], bytes[7]);
+        return qni_source_fail(source, error,
+                               "NumPy format version %d.%d is not known; 1, 2 and 3 are", bytes[6],
+                               bytes[7]);
     QN_TRY(qni_source_read(source, more, bytes[6] == 1 ? 2 : 4, error));
     *length_out = more[0] | more[1] << 8 | more[2] << 16 | (int64_t)more[3] << 24;
     if (*length_out > LARGEST_HEADER)

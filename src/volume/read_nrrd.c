@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* NRRD volumes of three axes: attached (.nrrd) and detached (.nhdr with one data file), encodings raw, gzip
- * and text. Coordinates stay in the file's own space, whose name is kept in short form. */
+/* NRRD volumes of three axes: attached (.nrrd) and detached (.nhdr with one data file), encodings
+ * raw, gzip and text. Coordinates stay in the file's own space, whose name is kept in short form.
+ */
 #include "core/status.h"
 #include "volume/header_text.h"
 #include "volume/load.h"
@@ -51,10 +52,10 @@ static bool parse_type(const char *text, qn_scalar *scalar) {
 /* Short names of the three-dimensional spaces; others stay unnamed. */
 static void parse_space(const char *text, char space[32]) {
     static const char *const names[][2] = {
-        {"right-anterior-superior", "RAS"},       {"RAS", "RAS"},
-        {"left-anterior-superior", "LAS"},        {"LAS", "LAS"},
-        {"left-posterior-superior", "LPS"},       {"LPS", "LPS"},
-        {"scanner-xyz", "scanner-xyz"},           {"3D-right-handed", "3D-right-handed"},
+        {"right-anterior-superior", "RAS"},   {"RAS", "RAS"},
+        {"left-anterior-superior", "LAS"},    {"LAS", "LAS"},
+        {"left-posterior-superior", "LPS"},   {"LPS", "LPS"},
+        {"scanner-xyz", "scanner-xyz"},       {"3D-right-handed", "3D-right-handed"},
         {"3D-left-handed", "3D-left-handed"},
     };
     for (size_t i = 0; i < sizeof names / sizeof names[0]; ++i)
@@ -89,7 +90,8 @@ static void parse_units(const char *text, char unit[16]) {
         const char *open = strchr(text, '"');
         const char *end = open ? strchr(open + 1, '"') : NULL;
         size_t length = end ? (size_t)(end - open - 1) : 16;
-        if (length > 15 || (a > 0 && (strlen(first) != length || memcmp(first, open + 1, length) != 0)))
+        if (length > 15 ||
+            (a > 0 && (strlen(first) != length || memcmp(first, open + 1, length) != 0)))
             return;
         memcpy(first, open + 1, length);
         first[length] = 0;
@@ -104,11 +106,12 @@ static qn_status parse_encoding(const qni_source *source, const char *text, nrrd
         *encoding = NRRD_RAW;
     else if (qni_text_same(text, "gz") || qni_text_same(text, "gzip"))
         *encoding = NRRD_GZIP;
-    else if (qni_text_same(text, "txt") || qni_text_same(text, "text") || qni_text_same(text, "ascii"))
+    else if (qni_text_same(text, "txt") || qni_text_same(text, "text") ||
+             qni_text_same(text, "ascii"))
         *encoding = NRRD_TEXT;
     else
-        return qni_source_fail(source, error,
-                               "NRRD encoding '%.40s' is not read; save it as raw, gzip or text", text);
+        return qni_source_fail(
+            source, error, "NRRD encoding '%.40s' is not read; save it as raw, gzip or text", text);
     return QN_OK;
 }
 
@@ -116,9 +119,9 @@ static qn_status parse_data_file(const qni_source *source, const char *text, nrr
                                  qn_error *error) {
     bool list = strncasecmp(text, "LIST", 4) == 0 && (text[4] == 0 || text[4] == ' ');
     if (list || strchr(text, '%'))
-        return qni_source_fail(source, error,
-                               "its NRRD header names several data files (%.60s); join them into one file",
-                               text);
+        return qni_source_fail(
+            source, error,
+            "its NRRD header names several data files (%.60s); join them into one file", text);
     if (strlen(text) >= sizeof header->data_file)
         return qni_source_fail(source, error, "the name of its data file is too long");
     strcpy(header->data_file, text);
@@ -130,10 +133,11 @@ static qn_status parse_dimension(const qni_source *source, const char *text, nrr
     if (!qni_text_integers(text, 1, &header->dimension))
         return qni_source_fail(source, error, "its NRRD header has 'dimension: %.40s'", text);
     if (header->dimension != 3)
-        return qni_source_fail(source, error,
-                               "is an NRRD file of %lld axes; a volume has 3, with one number a sample (no "
-                               "colours, vectors or time): save one channel as a file of its own",
-                               (long long)header->dimension);
+        return qni_source_fail(
+            source, error,
+            "is an NRRD file of %lld axes; a volume has 3, with one number a sample (no "
+            "colours, vectors or time): save one channel as a file of its own",
+            (long long)header->dimension);
     return QN_OK;
 }
 
@@ -141,10 +145,11 @@ static qn_status parse_type_field(const qni_source *source, const char *text, nr
                                   qn_error *error) {
     header->has_type = parse_type(text, &header->scalar);
     if (!header->has_type)
-        return qni_source_fail(source, error,
-                               "samples of NRRD type '%.40s' are not read; convert them to integers of 8 to "
-                               "32 bits, or to float",
-                               text);
+        return qni_source_fail(
+            source, error,
+            "samples of NRRD type '%.40s' are not read; convert them to integers of 8 to "
+            "32 bits, or to float",
+            text);
     return QN_OK;
 }
 
@@ -179,7 +184,8 @@ static qn_status parse_field(const qni_source *source, char *line, nrrd_header *
     if (line[0] == '#' || (colon && colon[1] == '=')) /* a comment, or a key of the user's own */
         return QN_OK;
     if (!qni_text_split(line, ':', &key, &value))
-        return qni_source_fail(source, error, "its NRRD header has a line without a colon: %.60s", line);
+        return qni_source_fail(source, error, "its NRRD header has a line without a colon: %.60s",
+                               line);
     if (qni_text_same(key, "type"))
         return parse_type_field(source, value, header, error);
     if (qni_text_same(key, "dimension"))
@@ -193,19 +199,21 @@ static qn_status parse_field(const qni_source *source, char *line, nrrd_header *
     if (qni_text_same(key, "space units") || (qni_text_same(key, "units") && !header->unit[0]))
         parse_units(value, header->unit);
     if (!parse_numbers(key, value, header))
-        return qni_source_fail(source, error, "its NRRD header has '%.40s: %.80s', which makes no sense",
-                               key, value);
+        return qni_source_fail(
+            source, error, "its NRRD header has '%.40s: %.80s', which makes no sense", key, value);
     return QN_OK;
 }
 
-static qn_status check_header(const qni_source *source, const nrrd_header *header, qn_error *error) {
-    const char *missing = !header->dimension                                     ? "dimension"
-                          : !header->has_type                                    ? "type"
-                          : !header->has_sizes                                   ? "sizes"
-                          : header->encoding == NRRD_NONE                        ? "encoding"
-                          : !header->has_endian && header->encoding != NRRD_TEXT &&
-                                  qn_scalar_size(header->scalar) > 1             ? "endian"
-                                                                                 : NULL;
+static qn_status check_header(const qni_source *source, const nrrd_header *header,
+                              qn_error *error) {
+    const char *missing =
+        !header->dimension              ? "dimension"
+        : !header->has_type             ? "type"
+        : !header->has_sizes            ? "sizes"
+        : header->encoding == NRRD_NONE ? "encoding"
+        : !header->has_endian && header->encoding != NRRD_TEXT && qn_scalar_size(header->scalar) > 1
+            ? "endian"
+            : NULL;
     if (missing)
         return qni_source_fail(source, error, "its NRRD header has no field '%s'", missing);
     return QN_OK;
@@ -216,8 +224,8 @@ static qn_status parse_header(qni_source *source, nrrd_header *header, qn_error 
     bool ended;
     QN_TRY(qni_source_line(source, line, sizeof line, &ended, error));
     if (strncmp(line, "NRRD000", 7) != 0 || line[7] < '1' || line[7] > '5')
-        return qni_source_fail(source, error,
-                               "does not begin with NRRD0001 to NRRD0005, the mark of an NRRD file");
+        return qni_source_fail(
+            source, error, "does not begin with NRRD0001 to NRRD0005, the mark of an NRRD file");
     for (;;) {
         QN_TRY(qni_source_line(source, line, sizeof line, &ended, error));
         if (ended || !line[0])
@@ -229,7 +237,8 @@ static qn_status parse_header(qni_source *source, nrrd_header *header, qn_error 
 
 static void fill_matrix(const nrrd_header *header, double matrix[4][4]) {
     for (int a = 0; a < 3; ++a) {
-        double spacing = header->has_spacings && !isnan(header->spacing[a]) ? header->spacing[a] : 1;
+        double spacing =
+            header->has_spacings && !isnan(header->spacing[a]) ? header->spacing[a] : 1;
         for (int row = 0; row < 3; ++row)
             matrix[row][a] = header->has_directions ? header->direction[a][row]
                              : row == a             ? spacing
@@ -246,15 +255,17 @@ static qn_status skip_to_samples(qni_source *source, const nrrd_header *header, 
     bool ended = false;
     for (int64_t i = 0; i < header->line_skip && !ended; ++i)
         QN_TRY(qni_source_line(source, line, sizeof line, &ended, error));
-    if (header->encoding == NRRD_GZIP && !source->inflate) /* a data file may have unpacked itself */
+    if (header->encoding == NRRD_GZIP &&
+        !source->inflate) /* a data file may have unpacked itself */
         QN_TRY(qni_source_inflate(source, error));
     if (header->byte_skip >= 0)
         return qni_source_skip(source, header->byte_skip, error);
     int64_t bytes;
     QN_TRY(qni_load_bytes(source, grid, &bytes, error));
     if (source->inflate || header->encoding != NRRD_RAW || source->file_size < 0)
-        return qni_source_fail(source, error,
-                               "'byte skip: -1' needs raw samples in a plain file; give the number of bytes");
+        return qni_source_fail(
+            source, error,
+            "'byte skip: -1' needs raw samples in a plain file; give the number of bytes");
     int64_t rest = qni_source_bound(source);
     if (rest < bytes)
         return qni_source_fail_truncated(source, bytes, source->offset, rest, error);
@@ -264,8 +275,8 @@ static qn_status skip_to_samples(qni_source *source, const nrrd_header *header, 
 static qn_status load(qni_source *source, const nrrd_header *header, qn_grid *grid,
                       qn_volume **volume_out, qn_error *error) {
     QN_TRY(skip_to_samples(source, header, grid, error));
-    return qni_load(source, grid, header->encoding == NRRD_TEXT ? QNI_TEXT : QNI_BINARY, "nrrd", NULL,
-                    volume_out, error);
+    return qni_load(source, grid, header->encoding == NRRD_TEXT ? QNI_TEXT : QNI_BINARY, "nrrd",
+                    NULL, volume_out, error);
 }
 
 qn_status qni_read_nrrd(qni_source *source, const qn_volume_read_options *options,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Passes over all stored samples of a grid, of any type, stride and byte order, on all threads. Their results
- * are the same for every thread count: counts are integers, sums are added slice after slice. */
+/* Passes over all stored samples of a grid, of any type, stride and byte order, on all threads.
+ * Their results are the same for every thread count: counts are integers, sums are added slice
+ * after slice. */
 #ifndef QNI_VOLUME_SCAN_H
 #define QNI_VOLUME_SCAN_H
 
@@ -17,9 +18,9 @@ typedef struct qni_range {
 qn_status qni_scan_range(qn_context *context, const qn_grid *grid, qni_range *range_out,
                          qn_error *error);
 
-/* Count samples into `bin_count` bins, at most QNI_LARGEST_BIN_COUNT; those beyond the ends count in the
- * first and last bin, those that are not finite nowhere.
- * exact:  bin b holds the integer low + b. Else bins are equal parts of low to high. */
+/* Count samples into `bin_count` bins, at most QNI_LARGEST_BIN_COUNT; those beyond the ends count
+ * in the first and last bin, those that are not finite nowhere. exact:  bin b holds the integer low
+ * + b. Else bins are equal parts of low to high. */
 enum { QNI_LARGEST_BIN_COUNT = 65536 };
 typedef struct qni_bins {
     bool exact;

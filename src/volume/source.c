@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* The byte source: opening files and memory, windows of bytes, bounded reads.
- * Unpacking is zlib's inflate with memory of the context, so that it works from any offset of a file. */
+ * Unpacking is a layer of its own (unpack.c). */
 #include "volume/source.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -12,10 +12,9 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 enum {
-    WINDOW = 65536,
+    WINDOW = QNI_SOURCE_WINDOW,
     LARGEST_LINE = 1 << 20,
     /* deflate packs at most 258 bytes into two bits */
     LARGEST_RATIO = 1032,
@@ -46,7 +45,8 @@ qn_status qni_source_fail_as(const qni_source *source, qn_status status, qn_erro
 
 qn_status qni_source_fail_truncated(const qni_source *source, int64_t wanted, int64_t offset,
                                     int64_t found, qn_error *error) {
-    return qni_source_fail(source, error, "truncated: wanted %lld bytes at offset %lld%s, found %lld",
+    return qni_source_fail(source, error,
+                           "truncated: wanted %lld bytes at offset %lld%s, found %lld",
                            (long long)wanted, (long long)offset,
                            source->inflate ? " of the unpacked data" : "", (long long)found);
 }
@@ -70,8 +70,7 @@ static qn_status fetch(qni_source *source, unsigned char *bytes, int64_t wanted,
     return QN_OK;
 }
 
-/* Bring at least `wanted` stored bytes into the window, where there are as many. */
-static qn_status need_raw(qni_source *source, int64_t wanted, qn_error *error) {
+qn_status qni_source_need_raw(qni_source *source, int64_t wanted, qn_error *error) {
     qni_window *raw = &source->raw;
     if (source->in_memory || raw->end - raw->at >= wanted)
         return QN_OK;
@@ -88,93 +87,7 @@ static qn_status need_raw(qni_source *source, int64_t wanted, qn_error *error) {
     return QN_OK;
 }
 
-/* ---- unpacked bytes ---- */
-
-/* zlib frees without a size: it is kept in front of the block. */
-enum { ZLIB_PREFIX = 64 };
-
-static void *zlib_alloc(void *opaque, unsigned count, unsigned size) {
-    int64_t bytes = (int64_t)count * size + ZLIB_PREFIX;
-    char *block = qni_alloc(opaque, bytes, 1);
-    if (!block)
-        return NULL;
-    memcpy(block, &bytes, sizeof bytes);
-    return block + ZLIB_PREFIX;
-}
-
-static void zlib_free(void *opaque, void *pointer) {
-    char *block = (char *)pointer - ZLIB_PREFIX;
-    int64_t bytes;
-    memcpy(&bytes, block, sizeof bytes);
-    qni_free(opaque, block, bytes, 1);
-}
-
-qn_status qni_source_inflate(qni_source *source, qn_error *error) {
-    if (source->inflate)
-        return qni_source_fail(source, error, "its data is packed twice; unpack it once with gunzip");
-    z_stream *stream = qni_alloc_zero(source->context, 1, sizeof *stream);
-    source->decoded.bytes = qni_alloc(source->context, WINDOW, 1);
-    source->inflate = stream;
-    source->inflate_ended = source->inflate_cut = false;
-    if (!stream || !source->decoded.bytes)
-        return qni_fail_memory(error, "unpacking a file");
-    stream->zalloc = zlib_alloc;
-    stream->zfree = zlib_free;
-    stream->opaque = source->context;
-    const int any_header = 32; /* gzip and zlib headers are told apart by inflate */
-    if (inflateInit2(stream, MAX_WBITS + any_header) != Z_OK)
-        return qni_fail_memory(error, "unpacking a file");
-    return QN_OK;
-}
-
-/* A gzip file may be several, one after another. */
-static qn_status start_next_member(qni_source *source, qn_error *error) {
-    QN_TRY(need_raw(source, 2, error));
-    const qni_window *raw = &source->raw;
-    bool another = raw->end - raw->at >= 2 && raw->bytes[raw->at] == 0x1f &&
-                   raw->bytes[raw->at + 1] == 0x8b;
-    source->inflate_ended = !another || inflateReset(source->inflate) != Z_OK;
-    return QN_OK;
-}
-
-static qn_status check_inflate(qni_source *source, int code, bool progress, qn_error *error) {
-    if (code == Z_MEM_ERROR)
-        return qni_fail_memory(error, "unpacking a file");
-    if (code == Z_STREAM_END)
-        return start_next_member(source, error);
-    if ((code != Z_OK && code != Z_BUF_ERROR) || !progress)
-        return qni_source_fail(source, error, "the packed (gzip) data is damaged at offset %lld (%s)",
-                               (long long)source->offset,
-                               source->inflate->msg ? source->inflate->msg : "no progress");
-    return QN_OK;
-}
-
-/* Unpack up to `wanted` bytes; none only at the end. */
-static qn_status unpack(qni_source *source, unsigned char *bytes, int64_t wanted, int64_t *found_out,
-                        qn_error *error) {
-    const int64_t largest = INT64_C(1) << 30;
-    z_stream *stream = source->inflate;
-    qni_window *raw = &source->raw;
-    *found_out = 0;
-    while (*found_out == 0 && !source->inflate_ended) {
-        QN_TRY(need_raw(source, 1, error));
-        int64_t stored = raw->end - raw->at;
-        if (stored == 0) {
-            source->inflate_cut = source->inflate_ended = true;
-            break;
-        }
-        stream->next_in = raw->bytes + raw->at;
-        stream->avail_in = (uInt)(stored < largest ? stored : largest);
-        stream->next_out = bytes;
-        stream->avail_out = (uInt)(wanted < largest ? wanted : largest);
-        uInt in_before = stream->avail_in;
-        int code = inflate(stream, Z_NO_FLUSH);
-        raw->at += in_before - stream->avail_in;
-        *found_out = stream->next_out - bytes;
-        QN_TRY(check_inflate(source, code, in_before != stream->avail_in || *found_out > 0, error));
-    }
-    return QN_OK;
-}
+/* ---- the window readers see ---- */
 
 static qni_window *top_window(qni_source *source) {
     return source->inflate ? &source->decoded : &source->raw;
@@ -183,13 +96,13 @@ static qni_window *top_window(qni_source *source) {
 /* Bytes from below the top window. */
 static qn_status produce(qni_source *source, unsigned char *bytes, int64_t wanted,
                          int64_t *found_out, qn_error *error) {
-    return source->inflate ? unpack(source, bytes, wanted, found_out, error)
+    return source->inflate ? qni_source_unpack(source, bytes, wanted, found_out, error)
                            : fetch(source, bytes, wanted, found_out, error);
 }
 
 static qn_status need_top(qni_source *source, int64_t wanted, qn_error *error) {
     if (!source->inflate)
-        return need_raw(source, wanted, error);
+        return qni_source_need_raw(source, wanted, error);
     qni_window *top = &source->decoded;
     if (top->end - top->at >= wanted)
         return QN_OK;
@@ -198,7 +111,7 @@ static qn_status need_top(qni_source *source, int64_t wanted, qn_error *error) {
     top->at = 0;
     while (top->end < wanted) {
         int64_t got;
-        QN_TRY(unpack(source, top->bytes + top->end, WINDOW - top->end, &got, error));
+        QN_TRY(qni_source_unpack(source, top->bytes + top->end, WINDOW - top->end, &got, error));
         if (got == 0)
             break;
         top->end += got;
@@ -318,9 +231,9 @@ qn_status qni_source_check_end(qni_source *source, bool *more_out, qn_error *err
     const qni_window *top = top_window(source);
     *more_out = top->end > top->at;
     if (!*more_out && source->inflate && source->inflate_cut)
-        return qni_source_fail(source, error,
-                               "truncated: the packed data stops before its end mark, after %lld bytes",
-                               (long long)source->offset);
+        return qni_source_fail(
+            source, error, "truncated: the packed data stops before its end mark, after %lld bytes",
+            (long long)source->offset);
     return QN_OK;
 }
 
@@ -342,14 +255,16 @@ static qn_status open_descriptor(qni_source *source, bool must_be_regular, qn_er
     if (!source->raw.bytes)
         return qni_fail_memory(error, "reading a file");
     /* A header may name a pipe that nobody writes to: do not wait for it. */
-    source->descriptor = open(source->path, O_RDONLY | O_CLOEXEC | (must_be_regular ? O_NONBLOCK : 0));
+    source->descriptor =
+        open(source->path, O_RDONLY | O_CLOEXEC | (must_be_regular ? O_NONBLOCK : 0));
     struct stat about;
     if (source->descriptor < 0 || fstat(source->descriptor, &about) != 0)
         return qni_source_fail(source, error, "cannot be opened: %s", strerror(errno));
     if (S_ISDIR(about.st_mode))
         return qni_source_fail(source, error, "is a folder, not a volume file");
     if (must_be_regular && !S_ISREG(about.st_mode))
-        return qni_source_fail(source, error, "is no regular file, as a volume's data file must be");
+        return qni_source_fail(source, error,
+                               "is no regular file, as a volume's data file must be");
     source->file_size = S_ISREG(about.st_mode) ? (int64_t)about.st_size : -1;
     return QN_OK;
 }
@@ -380,7 +295,8 @@ static qn_status open_path(qn_context *context, const char *folder, size_t folde
     return status;
 }
 
-qn_status qni_source_open(qn_context *context, const char *path, qni_source *source, qn_error *error) {
+qn_status qni_source_open(qn_context *context, const char *path, qni_source *source,
+                          qn_error *error) {
     return open_path(context, "", 0, path, false, source, error);
 }
 
@@ -413,12 +329,7 @@ qn_status qni_source_open_beside(const qni_source *header, const char *name, qni
 
 void qni_source_close(qni_source *source) {
     qn_context *context = source->context;
-    if (source->inflate) {
-        if (source->inflate->state)
-            inflateEnd(source->inflate);
-        qni_free(context, source->inflate, 1, sizeof *source->inflate);
-    }
-    qni_free(context, source->decoded.bytes, WINDOW, 1);
+    qni_source_end_inflate(source);
     if (source->descriptor >= 0)
         close(source->descriptor);
     if (!source->in_memory)

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-/* One byte source over a plain file, a gzip file or bytes in memory, read from front to back. All readers
- * of volumes read through it: reads are bounded, a short one is a sentence with offset and both sizes. */
+/* One byte source over a plain file, a gzip file or bytes in memory, read from front to back. All
+ * readers of volumes read through it: reads are bounded, a short one is a sentence with offset and
+ * both sizes. */
 #ifndef QNI_VOLUME_SOURCE_H
 #define QNI_VOLUME_SOURCE_H
 
 #include <qn/base.h>
+
+enum { QNI_SOURCE_WINDOW = 65536 };
 
 /* Bytes fetched or unpacked but not yet handed out: bytes[at] to bytes[end - 1]. */
 typedef struct qni_window {
@@ -31,12 +34,13 @@ typedef struct qni_source {
 } qni_source;
 
 /* Open a file; one that starts like gzip is unpacked on the way. On failure nothing is held. */
-qn_status qni_source_open(qn_context *context, const char *path, qni_source *source, qn_error *error);
+qn_status qni_source_open(qn_context *context, const char *path, qni_source *source,
+                          qn_error *error);
 /* The same over borrowed bytes. `name` stands for the path. */
 qn_status qni_source_open_memory(qn_context *context, const char *name, const void *bytes,
                                  int64_t size, qni_source *source, qn_error *error);
-/* Open the file `name` in the folder of `header`, as detached headers mean it. Bytes in memory have no
- * folder: there they stand for every file they name. */
+/* Open the file `name` in the folder of `header`, as detached headers mean it. Bytes in memory have
+ * no folder: there they stand for every file they name. */
 qn_status qni_source_open_beside(const qni_source *header, const char *name, qni_source *source,
                                  qn_error *error);
 void qni_source_close(qni_source *source);
@@ -50,8 +54,8 @@ qn_status qni_source_read_some(qni_source *source, void *bytes, int64_t wanted, 
 /* Take exactly `wanted` bytes, or fail with QN_ERROR_INPUT. */
 qn_status qni_source_read(qni_source *source, void *bytes, int64_t wanted, qn_error *error);
 qn_status qni_source_skip(qni_source *source, int64_t bytes, qn_error *error);
-/* Take one line without its end mark. A line longer than the room is cut. *ended_out is true when there
- * was no further line. */
+/* Take one line without its end mark. A line longer than the room is cut. *ended_out is true when
+ * there was no further line. */
 qn_status qni_source_line(qni_source *source, char *line, size_t room, bool *ended_out,
                           qn_error *error);
 /* From here on the bytes are a gzip or zlib stream. */
@@ -72,5 +76,14 @@ qn_status qni_source_fail_as(const qni_source *source, qn_status status, qn_erro
 /* The one sentence of a file that stops too early. */
 qn_status qni_source_fail_truncated(const qni_source *source, int64_t wanted, int64_t offset,
                                     int64_t found, qn_error *error);
+
+/* ---- between source.c and unpack.c ---- */
+
+/* Bring at least `wanted` stored bytes into `raw`, where there are as many. */
+qn_status qni_source_need_raw(qni_source *source, int64_t wanted, qn_error *error);
+/* Unpack up to `wanted` bytes; none only at the end. */
+qn_status qni_source_unpack(qni_source *source, unsigned char *bytes, int64_t wanted,
+                            int64_t *found_out, qn_error *error);
+void qni_source_end_inflate(qni_source *source);
 
 #endif

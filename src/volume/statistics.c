@@ -11,12 +11,14 @@
 
 enum {
     FINE_BINS = 4096,
-    /* The range is narrowed until the bulk of the samples fills this many bins of the fine histogram. */
+    /* The range is narrowed until the bulk of the samples fills this many bins of the fine
+       histogram. */
     FEWEST_BULK_BINS = 64,
     MOST_NARROWINGS = 12
 };
 
-/* A share this small at either end is noise or a marker, and does not set the scale of the thresholds. */
+/* A share this small at either end is noise or a marker, and does not set the scale of the
+ * thresholds. */
 static const double outlier_share = 1e-4;
 /* A surface with less above it is dust, with more above it is background. */
 static const double least_share_above = 0.003, most_share_above = 0.6;
@@ -56,7 +58,9 @@ static void fill_histogram(const qn_grid *grid, const qni_range *range, const qn
             continue;
         int64_t to = b * QN_HISTOGRAM_BINS / bins->bin_count;
         if (bins->exact)
-            to = span > 0 ? (int64_t)((bins->low + (double)b - range->low) / span * QN_HISTOGRAM_BINS) : 0;
+            to = span > 0
+                     ? (int64_t)((bins->low + (double)b - range->low) / span * QN_HISTOGRAM_BINS)
+                     : 0;
         to = to < QN_HISTOGRAM_BINS ? to : QN_HISTOGRAM_BINS - 1;
         statistics->histogram[grid->slope < 0 ? QN_HISTOGRAM_BINS - 1 - to : to] += bins->counts[b];
     }
@@ -81,7 +85,8 @@ static void find_bulk(const qni_bins *bins, int64_t *first, int64_t *last) {
         --*last;
 }
 
-/* One far-off sample would put all others into one bin: count again over the bulk, until it fills some. */
+/* One far-off sample would put all others into one bin: count again over the bulk, until it fills
+ * some. */
 static qn_status narrow(qn_context *context, const qn_grid *grid, const qni_range *range,
                         qni_bins *bins, qn_error *error) {
     for (int round = 0; round < MOST_NARROWINGS && !bins->exact; ++round) {
@@ -103,7 +108,8 @@ static qn_status narrow(qn_context *context, const qn_grid *grid, const qni_rang
 
 /* ---- suggestions ---- */
 
-/* Group the bulk into few bins and find Otsu's thresholds of it: one between two, ascending, stored numbers. */
+/* Group the bulk into few bins and find Otsu's thresholds of it: one between two, ascending, stored
+ * numbers. */
 static bool find_thresholds(const fine_histogram *fine, double thresholds[3]) {
     const qni_bins *bins = &fine->bins;
     int64_t first, last, grouped[QNI_OTSU_BINS] = {0};
@@ -143,8 +149,8 @@ static bool is_distance(const fine_histogram *fine, const qn_grid *grid) {
     return positive > 0.001 && positive < 0.999;
 }
 
-/* In scans of 16 bits and wide range (CT) the surface asked for first is the densest class, bone; else it is
- * the object against its background. The share above must make a surface. */
+/* In scans of 16 bits and wide range (CT) the surface asked for first is the densest class, bone;
+ * else it is the object against its background. The share above must make a surface. */
 static double choose(const fine_histogram *fine, const qn_grid *grid, const double thresholds[3]) {
     bool wide = fine->integers && fine->bins.high - fine->bins.low >= 1000 && grid->slope > 0;
     const double order[3] = {thresholds[wide ? 2 : 1], thresholds[wide ? 1 : 2], thresholds[0]};

@@ -8,6 +8,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     qn_volume_read_options options;
     qn_volume_read_options_init(&options);
     strcpy(options.format, "nifti");
-    fuzz_volume("x.nii", data, size, &options);
+    fuzz_volume("x.nii", data, size, &options, false);
     return 0;
 }

@@ -8,6 +8,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     qn_volume_read_options options;
     qn_volume_read_options_init(&options);
     strcpy(options.format, "npy");
-    fuzz_volume("x.npy", data, size, &options);
+    fuzz_volume("x.npy", data, size, &options, false);
     return 0;
 }

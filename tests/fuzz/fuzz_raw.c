@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Any bytes as raw samples: the first eight choose shape, type, byte order and header. */
+/* Any bytes as raw samples: the first eight choose shape, type, byte order and header. The
+ * statistics of the samples are taken as well. */
 #include "fuzz_volume.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
@@ -12,6 +13,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     options.raw_scalar = (qn_scalar)(data[3] % QN_SCALAR_COUNT);
     options.raw_big_endian = data[4] & 1;
     options.raw_header = (int64_t)data[5] << (data[6] % 56);
-    fuzz_volume("x.raw", data + 8, size - 8, &options);
+    fuzz_volume("x.raw", data + 8, size - 8, &options, true);
     return 0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Small volume files for tests, made byte by byte in memory: a block of 4 x 3 x 5 samples whose values follow
- * from their index, in every format, type and byte order. */
+/* Small volume files for tests, made byte by byte in memory: a block of 4 x 3 x 5 samples whose
+ * values follow from their index, in every format, type and byte order. */
 #ifndef TESTS_LIB_VOLUME_FILES_H
 #define TESTS_LIB_VOLUME_FILES_H
 
@@ -63,7 +63,8 @@ static inline void put_scalar(bytes *to, qn_scalar scalar, double value, bool bi
 /* The stored value of sample number `index`: within the type, both ends of it among the values. */
 static inline double block_value(qn_scalar scalar, int64_t index) {
     static const double low[] = {0, INT8_MIN, 0, INT16_MIN, 0, INT32_MIN};
-    static const double high[] = {UINT8_MAX, INT8_MAX, UINT16_MAX, INT16_MAX, UINT32_MAX, INT32_MAX};
+    static const double high[] = {UINT8_MAX, INT8_MAX,   UINT16_MAX,
+                                  INT16_MAX, UINT32_MAX, INT32_MAX};
     if (scalar == QN_F32 || scalar == QN_F64)
         return (double)index * 0.375 - 3;
     return index == 0   ? low[scalar]
@@ -129,7 +130,11 @@ typedef struct nifti_fields {
 static inline void put_integer(bytes *to, int64_t value, size_t size, bool big) {
     int16_t two = (int16_t)value;
     int32_t four = (int32_t)value;
-    put_ordered(to, size == 2 ? (void *)&two : size == 4 ? (void *)&four : (void *)&value, size, big);
+    put_ordered(to,
+                size == 2   ? (void *)&two
+                : size == 4 ? (void *)&four
+                            : (void *)&value,
+                size, big);
 }
 
 static inline void put_reals(bytes *to, const double *values, int count, int version, bool big) {
@@ -213,8 +218,10 @@ enum { FIRST_EXAMPLE = QNI_HAVE_NIFTI ? 0 : 3, EXAMPLE_COUNT = 15 };
 
 /* The name to read it by; *text_out: the samples are text, whose last digits can be cut unseen. */
 static inline const char *put_example(bytes *to, int which, bool *text_out) {
-    static const char nrrd[] = "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 5\nendian: little\n";
-    static const char mha[] = "ObjectType = Image\nNDims = 3\nDimSize = 4 3 5\nElementType = MET_SHORT\n";
+    static const char nrrd[] =
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 5\nendian: little\n";
+    static const char mha[] =
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 5\nElementType = MET_SHORT\n";
     static const char inr[] = "#INRIMAGE-4#{\nXDIM=4\nYDIM=3\nZDIM=5\nVDIM=1\nTYPE=signed fixed\n"
                               "PIXSIZE=16 bits\nCPU=decm\nVX=1\n";
     nifti_fields f = {.scalar = QN_I16, .version = 1, .pixdim = {1, 1, 1, 1}, .slope = 1};

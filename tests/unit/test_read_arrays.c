@@ -36,12 +36,13 @@ static void put_array(bytes *file, qn_scalar scalar, bool big, bool fortran) {
             put_scalar(file, scalar, block_value(scalar, n), big);
         else
             put_scalar(file, scalar,
-                       element(scalar, n / (BLOCK_Z * BLOCK_Y), n / BLOCK_Z % BLOCK_Y, n % BLOCK_Z), big);
+                       element(scalar, n / (BLOCK_Z * BLOCK_Y), n / BLOCK_Z % BLOCK_Y, n % BLOCK_Z),
+                       big);
 }
 
 /* Every lattice sample lies where the array's element of that value belongs. */
-static void expect_elements_in_place(const qn_volume *volume, qn_scalar scalar, const double spacing[3],
-                                     const double origin[3]) {
+static void expect_elements_in_place(const qn_volume *volume, qn_scalar scalar,
+                                     const double spacing[3], const double origin[3]) {
     const qn_grid *grid = qn_volume_grid(volume);
     assert_int_equal(grid->scalar, scalar);
     assert_int_equal(grid->size[0] * grid->size[1] * grid->size[2], BLOCK_COUNT);
@@ -76,13 +77,15 @@ static void npy_types_orders_and_versions(void **state) {
             bool big = way & 1, fortran = way & 2;
             char text[128];
             bytes file = {.size = 0};
-            snprintf(text, sizeof text, "{'descr': '%c%s', 'fortran_order': %s, 'shape': (4, 3, 5), }  \n",
+            snprintf(text, sizeof text,
+                     "{'descr': '%c%s', 'fortran_order': %s, 'shape': (4, 3, 5), }  \n",
                      big ? '>' : '<', names[scalar], fortran ? "True" : "False");
             put_npy_header(&file, text, 1 + way / 4);
             put_array(&file, (qn_scalar)scalar, big, fortran);
             qn_volume *volume;
             qn_error error = {.message = ""};
-            if (qni_volume_read_memory(context, "x", file.data, file.size, &options, &volume, &error))
+            if (qni_volume_read_memory(context, "x", file.data, file.size, &options, &volume,
+                                       &error))
                 fail_msg("%s", error.message);
             expect_elements_in_place(volume, (qn_scalar)scalar, spacing, origin);
             assert_string_equal(qn_volume_format(volume), "npy");
@@ -116,9 +119,9 @@ static void npy_refusals_say_why(void **state) {
         put_array(&file, QN_F32, false, false);
         qn_volume *volume;
         qn_error error = {.message = ""};
-        assert_int_equal(qni_volume_read_memory(context, "x.npy", file.data, file.size, NULL, &volume,
-                                                &error),
-                         QN_ERROR_INPUT);
+        assert_int_equal(
+            qni_volume_read_memory(context, "x.npy", file.data, file.size, NULL, &volume, &error),
+            QN_ERROR_INPUT);
         if (!strstr(error.message, cases[c].words))
             fail_msg("'%s' where '%s' was meant", error.message, cases[c].words);
     }
@@ -177,8 +180,8 @@ static void raw_size_must_fit_the_file(void **state) {
                 pack_all(&file);
             qn_volume *volume;
             qn_error error = {.message = ""};
-            qn_status status = qni_volume_read_memory(context, "x.raw", file.data, file.size, &options,
-                                                      &volume, &error);
+            qn_status status = qni_volume_read_memory(context, "x.raw", file.data, file.size,
+                                                      &options, &volume, &error);
             assert_int_equal(status, difference ? QN_ERROR_INPUT : QN_OK);
             if (difference) {
                 assert_non_null(strstr(error.message, "120")); /* what is needed */
@@ -203,15 +206,15 @@ static void raw_needs_its_shape_and_contradictions_are_named(void **state) {
     bool text;
     put_example(&file, 3, &text);
     raw_options(&options, QN_U8);
-    assert_int_equal(qni_volume_read_memory(context, "x.nrrd", file.data, file.size, &options, &volume,
-                                            &error),
-                     QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(
+        qni_volume_read_memory(context, "x.nrrd", file.data, file.size, &options, &volume, &error),
+        QN_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "--from raw"));
     strcpy(options.format, "raw");
     options.raw_header = file.size - BLOCK_COUNT;
-    assert_int_equal(qni_volume_read_memory(context, "x.nrrd", file.data, file.size, &options, &volume,
-                                            NULL),
-                     QN_OK);
+    assert_int_equal(
+        qni_volume_read_memory(context, "x.nrrd", file.data, file.size, &options, &volume, NULL),
+        QN_OK);
     qn_volume_destroy(volume);
 
     static const struct {
@@ -219,15 +222,16 @@ static void raw_needs_its_shape_and_contradictions_are_named(void **state) {
         int scalar;
         int64_t header;
         const char *format;
-    } wrong[] = {{0, 0, 0, ""},          {-1, 0, 0, ""}, {INT64_MAX, 0, 0, ""}, {3, 99, 0, ""},
-                 {3, QN_U8, -1, ""}, {3, 0, 0, "jpeg"}};
+    } wrong[] = {{0, 0, 0, ""},  {-1, 0, 0, ""},     {INT64_MAX, 0, 0, ""},
+                 {3, 99, 0, ""}, {3, QN_U8, -1, ""}, {3, 0, 0, "jpeg"}};
     for (size_t w = 0; w < sizeof wrong / sizeof wrong[0]; ++w) {
         raw_options(&options, (qn_scalar)wrong[w].scalar);
         options.raw_size[1] = wrong[w].size;
         options.raw_header = wrong[w].header;
         strcpy(options.format, wrong[w].format);
-        assert_int_equal(qni_volume_read_memory(context, "x.raw", "abc", 3, &options, &volume, &error),
-                         QN_ERROR_INVALID_ARGUMENT);
+        assert_int_equal(
+            qni_volume_read_memory(context, "x.raw", "abc", 3, &options, &volume, &error),
+            QN_ERROR_INVALID_ARGUMENT);
         assert_null(volume);
     }
     memset(&options, 0, sizeof options);
@@ -265,15 +269,16 @@ static void mitsuba_box_and_refusals(void **state) {
     put_block(&file, QN_F32, false);
     const double rows[3][4] = {{1, 0, 0, -1}, {0, 2, 0, -2}, {0, 0, 0.5, 0}};
     qn_volume *volume;
-    assert_int_equal(qni_volume_read_memory(context, "x", file.data, file.size, NULL, &volume, NULL),
-                     QN_OK);
+    assert_int_equal(
+        qni_volume_read_memory(context, "x", file.data, file.size, NULL, &volume, NULL), QN_OK);
     assert_true(holds_block(volume, QN_F32));
     assert_true(near_matrix(volume, rows, 0));
     qn_volume_destroy(volume);
     qn_error error;
     file.data[20] = 3;
-    assert_int_equal(qni_volume_read_memory(context, "x", file.data, file.size, NULL, &volume, &error),
-                     QN_ERROR_INPUT);
+    assert_int_equal(
+        qni_volume_read_memory(context, "x", file.data, file.size, NULL, &volume, &error),
+        QN_ERROR_INPUT);
     assert_non_null(strstr(error.message, "3 channels"));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* NIfTI: every type, version and byte order; which transform counts; slope, units, pairs; what is refused. */
+/* NIfTI: every type, version and byte order; which transform counts; slope, units, pairs; what is
+ * refused. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -98,7 +99,7 @@ static void the_higher_code_counts_and_sform_on_ties(void **state) {
 static void a_transform_can_be_chosen_but_not_one_that_is_unset(void **state) {
     (void)state;
     nifti_fields f = with_transforms(2, 1, 1);
-    static const double (*const rows[])[4] = {by_qform, by_sform, by_qform, by_pixdim};
+    static const double(*const rows[])[4] = {by_qform, by_sform, by_qform, by_pixdim};
     for (int choice = QN_TRANSFORM_AUTO; choice <= QN_TRANSFORM_PIXDIM; ++choice) {
         qn_volume *volume;
         assert_int_equal(read_fields(&f, (qn_transform_choice)choice, &volume, NULL), QN_OK);
@@ -255,15 +256,15 @@ static void options_replace_spacing_and_origin(void **state) {
     options.origin[0] = 100;
     const double rows[3][4] = {{0, -6, 0, 100}, {5, 0, 0, 0}, {0, 0, 7, 0}};
     qn_volume *volume;
-    assert_int_equal(qni_volume_read_memory(context, "x.nii", file.data, file.size, &options, &volume,
-                                            NULL),
-                     QN_OK);
+    assert_int_equal(
+        qni_volume_read_memory(context, "x.nii", file.data, file.size, &options, &volume, NULL),
+        QN_OK);
     assert_true(near_matrix(volume, rows, 1e-6));
     qn_volume_destroy(volume);
     options.spacing[1] = -6;
-    assert_int_equal(qni_volume_read_memory(context, "x.nii", file.data, file.size, &options, &volume,
-                                            NULL),
-                     QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(
+        qni_volume_read_memory(context, "x.nii", file.data, file.size, &options, &volume, NULL),
+        QN_ERROR_INVALID_ARGUMENT);
 }
 
 static void without_the_library_it_says_how_to_get_it(void **state) {

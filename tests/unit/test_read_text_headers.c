@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* NRRD, MetaImage and INRIMAGE: every type, byte order and encoding; matrices, detached data, what is refused. */
+/* NRRD, MetaImage and INRIMAGE: every type, byte order and encoding; matrices, detached data, what
+ * is refused. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -23,7 +24,8 @@ static int tear_down(void **state) {
     return 0;
 }
 
-static qn_status read_all(const bytes *file, const char *name, qn_volume **volume, qn_error *error) {
+static qn_status read_all(const bytes *file, const char *name, qn_volume **volume,
+                          qn_error *error) {
     return qni_volume_read_memory(context, name, file->data, file->size, NULL, volume, error);
 }
 
@@ -63,30 +65,45 @@ static void nrrd_types_by_all_their_names(void **state) {
     static const struct {
         const char *name;
         qn_scalar scalar;
-    } types[] = {{"signed char", QN_I8},        {"int8", QN_I8},
-                 {"int8_t", QN_I8},             {"uchar", QN_U8},
-                 {"unsigned char", QN_U8},      {"uint8", QN_U8},
-                 {"uint8_t", QN_U8},            {"short", QN_I16},
-                 {"short int", QN_I16},         {"signed short", QN_I16},
-                 {"signed short int", QN_I16},  {"int16", QN_I16},
-                 {"int16_t", QN_I16},           {"ushort", QN_U16},
-                 {"unsigned short", QN_U16},    {"unsigned short int", QN_U16},
-                 {"uint16", QN_U16},            {"uint16_t", QN_U16},
-                 {"int", QN_I32},               {"signed int", QN_I32},
-                 {"int32", QN_I32},             {"int32_t", QN_I32},
-                 {"uint", QN_U32},              {"unsigned int", QN_U32},
-                 {"uint32", QN_U32},            {"uint32_t", QN_U32},
-                 {"float", QN_F32},             {"double", QN_F64}};
+    } types[] = {{"signed char", QN_I8},
+                 {"int8", QN_I8},
+                 {"int8_t", QN_I8},
+                 {"uchar", QN_U8},
+                 {"unsigned char", QN_U8},
+                 {"uint8", QN_U8},
+                 {"uint8_t", QN_U8},
+                 {"short", QN_I16},
+                 {"short int", QN_I16},
+                 {"signed short", QN_I16},
+                 {"signed short int", QN_I16},
+                 {"int16", QN_I16},
+                 {"int16_t", QN_I16},
+                 {"ushort", QN_U16},
+                 {"unsigned short", QN_U16},
+                 {"unsigned short int", QN_U16},
+                 {"uint16", QN_U16},
+                 {"uint16_t", QN_U16},
+                 {"int", QN_I32},
+                 {"signed int", QN_I32},
+                 {"int32", QN_I32},
+                 {"int32_t", QN_I32},
+                 {"uint", QN_U32},
+                 {"unsigned int", QN_U32},
+                 {"uint32", QN_U32},
+                 {"uint32_t", QN_U32},
+                 {"float", QN_F32},
+                 {"double", QN_F64}};
     static const char *const encodings[] = {"raw", "gzip", "gz", "text", "txt", "ascii"};
     for (size_t t = 0; t < sizeof types / sizeof types[0]; ++t)
         for (int e = 0; e < 6; ++e)
             for (int big = 0; big < 2; ++big) {
                 bytes file = {.size = 0}, block = {.size = 0};
                 char text[256];
-                snprintf(text, sizeof text,
-                         "NRRD0005\r\n# a comment: of any kind\nkey:=value\ntype: %s\ndimension: 3\n"
-                         "sizes: 4 3 5\nendian: %s\nencoding: %s\n\n",
-                         types[t].name, big ? "big" : "little", encodings[e]);
+                snprintf(
+                    text, sizeof text,
+                    "NRRD0005\r\n# a comment: of any kind\nkey:=value\ntype: %s\ndimension: 3\n"
+                    "sizes: 4 3 5\nendian: %s\nencoding: %s\n\n",
+                    types[t].name, big ? "big" : "little", encodings[e]);
                 put_text(&file, text);
                 put_block(&block, types[t].scalar, big);
                 if (e == 0)
@@ -143,10 +160,11 @@ static void nrrd_data_in_a_file_of_its_own(void **state) {
     (void)state;
     char folder[] = "/tmp/quoin-nrrd-XXXXXX", header_path[256], data_path[256];
     assert_non_null(mkdtemp(folder));
-    static const char *const endings[] = {"encoding: raw\ndata file: the data.raw\n",
-                                          "encoding: raw\ndata file: the data.raw", /* no line end */
-                                          "encoding: gzip\ndatafile: the data.raw\n\n",
-                                          "encoding: text\ndata file: the data.raw\n\n"};
+    static const char *const endings[] = {
+        "encoding: raw\ndata file: the data.raw\n",
+        "encoding: raw\ndata file: the data.raw", /* no line end */
+        "encoding: gzip\ndatafile: the data.raw\n\n",
+        "encoding: text\ndata file: the data.raw\n\n"};
     for (int e = 0; e < 4; ++e) {
         bytes header = {.size = 0}, data = {.size = 0};
         put_text(&header, "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 3 5\n");
@@ -239,9 +257,9 @@ static void metaimage_types_byte_orders_and_packing(void **state) {
     static const struct {
         const char *name;
         qn_scalar scalar;
-    } types[] = {{"MET_CHAR", QN_I8},  {"MET_UCHAR", QN_U8}, {"MET_SHORT", QN_I16},
-                 {"MET_USHORT", QN_U16}, {"MET_INT", QN_I32},  {"MET_UINT", QN_U32},
-                 {"MET_LONG", QN_I32}, {"MET_ULONG", QN_U32}, {"MET_FLOAT", QN_F32},
+    } types[] = {{"MET_CHAR", QN_I8},    {"MET_UCHAR", QN_U8},  {"MET_SHORT", QN_I16},
+                 {"MET_USHORT", QN_U16}, {"MET_INT", QN_I32},   {"MET_UINT", QN_U32},
+                 {"MET_LONG", QN_I32},   {"MET_ULONG", QN_U32}, {"MET_FLOAT", QN_F32},
                  {"MET_DOUBLE", QN_F64}};
     for (size_t t = 0; t < sizeof types / sizeof types[0]; ++t)
         for (int way = 0; way < 8; ++way) {
@@ -250,12 +268,13 @@ static void metaimage_types_byte_orders_and_packing(void **state) {
             char text[512];
             put_block(&block, types[t].scalar, big);
             put_packed(&packed, block.data, block.size, 15);
-            snprintf(text, sizeof text,
-                     "ObjectType = Image\r\nNDims = 3\nBinaryData = True\n%s = %s\n"
-                     "CompressedData = %s\nCompressedDataSize = %d\nDimSize = 4 3 5\nElementType = %s\n"
-                     "ElementDataFile = LOCAL\n",
-                     way / 4 ? "ElementByteOrderMSB" : "BinaryDataByteOrderMSB", big ? "True" : "False",
-                     pack ? "True" : "False", (int)packed.size, types[t].name);
+            snprintf(
+                text, sizeof text,
+                "ObjectType = Image\r\nNDims = 3\nBinaryData = True\n%s = %s\n"
+                "CompressedData = %s\nCompressedDataSize = %d\nDimSize = 4 3 5\nElementType = %s\n"
+                "ElementDataFile = LOCAL\n",
+                way / 4 ? "ElementByteOrderMSB" : "BinaryDataByteOrderMSB", big ? "True" : "False",
+                pack ? "True" : "False", (int)packed.size, types[t].name);
             put_text(&file, text);
             put(&file, pack ? packed.data : block.data, (size_t)(pack ? packed.size : block.size));
             expect_block(&file, "x.mha", types[t].scalar);
@@ -337,7 +356,8 @@ static void metaimage_refusals_say_why(void **state) {
         {META_START "ElementDataFile = LIST\na.raw\n", "several"},
         {META_START "ElementDataFile = a%02d.raw 1 5 1\n", "several"},
         {META_START "HeaderSize = -2\n" META_LOCAL, "HeaderSize"},
-        {META_START "CompressedData = True\nCompressedDataSize = 99999999\n" META_LOCAL, "truncated"},
+        {META_START "CompressedData = True\nCompressedDataSize = 99999999\n" META_LOCAL,
+         "truncated"},
         {META_START "CompressedData = True\n" META_LOCAL, "damaged"},
         {META_START "ElementSpacing = 1 0 1\n" META_LOCAL, "no inverse"},
         {META_START "TransformMatrix = 1 2 3\n" META_LOCAL, "TransformMatrix"},
@@ -358,13 +378,14 @@ static void inrimage_types_and_byte_orders(void **state) {
         for (int big = 0; big < 2; ++big) {
             bytes file = {.size = 0};
             char text[256];
-            snprintf(text, sizeof text,
-                     "#INRIMAGE-4#{\nXDIM=4\nYDIM=3\nZDIM=5\nVDIM=1\nTYPE=%s\nPIXSIZE=%d bits\nCPU=%s\n"
-                     "VX=0.5\nVY=2\nVZ=3\nTX=7\n",
-                     scalar >= QN_F32                       ? "float"
-                     : qn_scalar_name((qn_scalar)scalar)[0] == 'i' ? "signed fixed"
-                                                                   : "unsigned fixed",
-                     (int)qn_scalar_size((qn_scalar)scalar) * 8, big ? "sun" : "decm");
+            snprintf(
+                text, sizeof text,
+                "#INRIMAGE-4#{\nXDIM=4\nYDIM=3\nZDIM=5\nVDIM=1\nTYPE=%s\nPIXSIZE=%d bits\nCPU=%s\n"
+                "VX=0.5\nVY=2\nVZ=3\nTX=7\n",
+                scalar >= QN_F32                              ? "float"
+                : qn_scalar_name((qn_scalar)scalar)[0] == 'i' ? "signed fixed"
+                                                              : "unsigned fixed",
+                (int)qn_scalar_size((qn_scalar)scalar) * 8, big ? "sun" : "decm");
             put_text(&file, text);
             while (file.size < 252)
                 put_text(&file, "\n");

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: MIT
-/* Statistics: exact against a plain count for every type, stride and byte order; the same for every thread
- * count; suggestions that make a surface on synthetic and real volumes. */
-#include <stdarg.h>
-#include <stddef.h>
-#include <setjmp.h>
-#include <stdint.h>
-#include <cmocka.h>
+/* Statistics: exact against a plain count for every type, stride and byte order; the same for every
+ * thread count; suggestions that make a surface on synthetic and real volumes. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
-#include "lib/limited_memory.h"
+#include "lib/failing.h"
+#include "lib/support.h"
 #include "lib/volume_files.h"
 
 static qn_context *make_context(int32_t threads) {
@@ -75,14 +71,18 @@ static void every_type_stride_and_byte_order(void **state) {
             assert_int_equal(statistics.sample_count, COUNT);
             assert_true(statistics.minimum == -0.5 * high + 3);
             assert_true(statistics.maximum == -0.5 * low + 3);
-            assert_true(fabs(statistics.mean - (-0.5 * sum / COUNT + 3)) <= 1e-12 * fabs(high - low));
+            assert_true(fabs(statistics.mean - (-0.5 * sum / COUNT + 3)) <=
+                        1e-12 * fabs(high - low));
             assert_int_equal(histogram_total(&statistics), COUNT);
             int64_t bins[QN_HISTOGRAM_BINS] = {0};
-            for (int64_t n = 0; n < COUNT; ++n) { /* the negative slope turns the stored order round */
+            for (int64_t n = 0; n < COUNT;
+                 ++n) { /* the negative slope turns the stored order round */
                 double place = (block_value((qn_scalar)scalar, n) - low) / (high - low);
-                ++bins[QN_HISTOGRAM_BINS - 1 - (int)fmin(place * QN_HISTOGRAM_BINS, QN_HISTOGRAM_BINS - 1)];
+                ++bins[QN_HISTOGRAM_BINS - 1 -
+                       (int)fmin(place * QN_HISTOGRAM_BINS, QN_HISTOGRAM_BINS - 1)];
             }
-            int64_t moved = 0; /* rounding may move a sample over the edge it lies on, in wide types */
+            int64_t moved =
+                0; /* rounding may move a sample over the edge it lies on, in wide types */
             for (int b = 0; b < QN_HISTOGRAM_BINS; ++b)
                 moved += llabs(bins[b] - statistics.histogram[b]);
             assert_true(moved <= (size <= 2 ? 0 : COUNT / 50));
@@ -96,7 +96,10 @@ static void not_a_number_and_infinity_are_counted_apart(void **state) {
     qn_context *context = make_context(2);
     float samples[4 * 5 * 50];
     for (int n = 0; n < 1000; ++n)
-        samples[n] = n % 10 == 0 ? NAN : n % 10 == 1 ? INFINITY : n % 10 == 2 ? -INFINITY : (float)(n % 10);
+        samples[n] = n % 10 == 0   ? NAN
+                     : n % 10 == 1 ? INFINITY
+                     : n % 10 == 2 ? -INFINITY
+                                   : (float)(n % 10);
     samples[7] = 0.25f;
     qn_grid grid = {.samples = samples, .scalar = QN_F32, .size = {50, 5, 4}};
     qn_volume_statistics statistics;
@@ -119,8 +122,11 @@ static void not_a_number_and_infinity_are_counted_apart(void **state) {
 static void extreme_numbers_do_not_overflow(void **state) {
     (void)state;
     qn_context *context = make_context(1);
-    static const double ranges[][2] = {{-DBL_MAX, DBL_MAX}, {0, 5e-324}, {1e-310, 2e-310},
-                                       {-1e-300, DBL_MAX},  {1, 1 + DBL_EPSILON}};
+    static const double ranges[][2] = {{-DBL_MAX, DBL_MAX},
+                                       {0, 5e-324},
+                                       {1e-310, 2e-310},
+                                       {-1e-300, DBL_MAX},
+                                       {1, 1 + DBL_EPSILON}};
     for (size_t r = 0; r < sizeof ranges / sizeof ranges[0]; ++r) {
         double samples[64];
         for (int n = 0; n < 64; ++n)
@@ -230,17 +236,14 @@ static void a_distance_has_its_surface_at_zero(void **state) {
 static void memory_may_be_missing(void **state) {
     (void)state;
     qn_context *context = make_context(1);
-    qn_context *none;
     uint8_t samples[8] = {1, 2, 3, 4, 5, 6, 7, 8};
     qn_grid grid = {.samples = samples, .scalar = QN_U8, .size = {2, 2, 2}};
     qn_volume *volume;
     assert_int_equal(qn_volume_create(context, &grid, NULL, NULL, &volume, NULL), QN_OK);
     for (int64_t limit = 1;; ++limit) {
-        limited_memory memory = {.left = limit};
-        qn_context_options options;
-        qn_context_options_init(&options);
-        options.allocator = (qn_allocator){&memory, limited_alloc, limited_free};
-        assert_int_equal(qn_context_create(&options, &none, NULL), QN_OK);
+        test_failing memory = {.allocations_left = limit, .looks_left = -1};
+        qn_context *none = test_failing_context(&memory);
+        assert_non_null(none);
         qn_volume_statistics statistics;
         qn_status status = qn_volume_get_statistics(none, volume, &statistics, NULL);
         assert_int_equal(qn_context_memory(none).current_bytes, 0);
@@ -261,7 +264,8 @@ static const struct real_volume {
     int64_t size[3];
     qn_scalar scalar;
     bool big;
-    double low, high; /* the suggestion lies between, for a surface as the data's description means it */
+    double low,
+        high; /* the suggestion lies between, for a surface as the data's description means it */
 } real_volumes[] = {
     {"aneurism_xa_256x256x256_u8.raw.gz", {256, 256, 256}, QN_U8, false, 30, 180},
     {"boston_teapot_ct_256x256x174_u8.raw.gz", {256, 256, 174}, QN_U8, false, 20, 130},
@@ -282,9 +286,11 @@ static const struct real_volume {
     {"torus_sdfgrid_40x40x40_f32le.vol", {0}, QN_F32, false, 0, 0},
 };
 
-static void check_real(qn_context *context, const char *folder, const struct real_volume *real) {
-    char path[512];
-    snprintf(path, sizeof path, "%s/volumes/%s", folder, real->name);
+static void check_real(qn_context *context, const struct real_volume *real) {
+    char name[128], path[512];
+    snprintf(name, sizeof name, "volumes/%s", real->name);
+    if (!test_data_path(name, path, sizeof path))
+        return;
     qn_volume_read_options options;
     qn_volume_read_options_init(&options);
     memcpy(options.raw_size, real->size, sizeof real->size);
@@ -316,19 +322,12 @@ static void check_real(qn_context *context, const char *folder, const struct rea
 
 static void real_volumes_get_sensible_suggestions(void **state) {
     (void)state;
-    const char *given = getenv("QUOIN_DATA");
-    const char *folder = given ? given : QUOIN_SOURCE_ROOT "/../shared/data";
     char path[512];
-    snprintf(path, sizeof path, "%s/README.md", folder);
-    FILE *there = fopen(path, "r");
-    if (!there) {
-        printf("skipped: no data in %s\n", folder);
+    if (!test_data_path("volumes/ch2.nii.gz", path, sizeof path))
         skip();
-    }
-    fclose(there);
     qn_context *context = make_context(0);
     for (size_t v = 0; v < sizeof real_volumes / sizeof real_volumes[0]; ++v)
-        check_real(context, folder, &real_volumes[v]);
+        check_real(context, &real_volumes[v]);
     assert_int_equal(qn_context_memory(context).current_bytes, 0);
     qn_context_destroy(context);
 }
