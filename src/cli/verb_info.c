@@ -201,8 +201,8 @@ static int inform_volume(cli_session *session, const qn_volume *volume) {
 
 static void find_bounds(const qn_mesh_view *view, double bounds[2][3]) {
     for (int axis = 0; axis < 3; ++axis) {
-        bounds[0][axis] = INFINITY;
-        bounds[1][axis] = -INFINITY;
+        bounds[0][axis] = (double)INFINITY;
+        bounds[1][axis] = -(double)INFINITY;
     }
     for (int64_t vertex = 0; vertex < view->vertex_count; ++vertex)
         for (int axis = 0; axis < 3; ++axis) {

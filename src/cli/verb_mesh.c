@@ -47,7 +47,7 @@ static int choose_isovalues(mesh_job *job) {
     if (exit_code)
         return exit_code;
     if (job->statistics.suggestion_count == 0) {
-        mesh_job_say_empty(job, NAN);
+        mesh_job_say_empty(job, (double)NAN);
         return CLI_EMPTY;
     }
     char number[NUMBER_TEXT_SIZE];

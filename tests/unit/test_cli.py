@@ -285,10 +285,10 @@ class ExitCodes(Case):
 
     def test_3_input(self):
         self.write("short.npy", npy(sphere())[:-100])
-        self.write("junk.nii", b"no header at all")
+        self.write("junk.nrrd", b"no header at all")
         self.write("cut.raw.gz", gzip.compress(sphere())[:-2000])
         self.write("junk.ply", b"ply\nformat nonsense 1.0\n")
-        for name in ("missing.nii.gz", "short.npy", "junk.nii"):
+        for name in ("missing.nii.gz", "short.npy", "junk.nrrd"):
             _, err = self.quoin("mesh", name, "--iso", "0", "-o", "a.ply", code=3)
             self.assertIn(name, err)
         self.quoin("mesh", "cut.raw.gz", "--shape", "24,24,24", "--dtype", "f32", "--iso", "0",
