@@ -156,7 +156,8 @@ static bool print_row(const topology_engine *engine, const bench_volume *volume,
     const int64_t inside = test_mesh_cracks(mesh, low, high);
     test_field field = field_of(volume, iso);
     const face_tally faces = engine->dual ? match_faces(&field, mesh, &view) : tally_faces(&field, &view);
-    printf("| %s | %g | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld / %lld / %lld of %lld |\n",
+    printf("| %s | %g | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld "
+           "| %lld / %lld / %lld of %lld |\n",
            engine->name, iso, (long long)report.vertex_count, (long long)(report.quad_count + report.triangle_count),
            (long long)inside, (long long)(report.boundary_edges - inside), (long long)report.nonmanifold_edges,
            (long long)report.nonmanifold_vertices, (long long)report.components,
