@@ -4,6 +4,7 @@
 #include "dmc/dmc.h"
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
+#include "dmc/repair.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -16,22 +17,39 @@ typedef struct worker {
     qni_scan scan;
     qni_multi_cell *multis;
     int64_t multi_count, multi_capacity;
+    qni_doubled_face *doubled;
+    int64_t doubled_count, doubled_capacity;
     qni_dmc_tally tally;
     uint8_t simple[256]; /* qni_case_is_simple(), looked up */
     bool failed;
 } worker;
 
-static bool reserve_multis(qn_context *context, worker *w) {
-    int64_t wanted = w->multi_count + QNI_LEAF * QNI_LEAF * QNI_LEAF;
-    if (wanted <= w->multi_capacity)
+static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted, size_t size) {
+    if (wanted <= *capacity)
         return true;
-    int64_t capacity = 2 * wanted;
-    qni_multi_cell *grown = qni_realloc(context, w->multis, w->multi_capacity, capacity, sizeof *grown);
+    void *grown = qni_realloc(context, *items, *capacity, 2 * wanted, size);
     if (!grown)
         return false;
-    w->multis = grown;
-    w->multi_capacity = capacity;
+    *items = grown;
+    *capacity = 2 * wanted;
     return true;
+}
+
+/* Room for whatever one more leaf may hold. */
+static bool reserve_leaf(qn_context *context, worker *w) {
+    enum { CELLS = QNI_LEAF * QNI_LEAF * QNI_LEAF };
+    void *multis = w->multis, *doubled = w->doubled;
+    const bool good = reserve(context, &multis, &w->multi_capacity, w->multi_count + CELLS, sizeof *w->multis) &&
+                      reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS, sizeof *w->doubled);
+    w->multis = multis;
+    w->doubled = doubled;
+    return good;
+}
+
+static void find_doubled(const qni_field *field, const int64_t at[3], int ambiguous_faces, int entry, worker *w) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (ambiguous_faces >> (2 * axis) & 1)
+            w->doubled_count += qni_face_is_doubled(field, at, axis, entry, w->doubled + w->doubled_count);
 }
 
 /* A cell whose polygons are not known from its signs alone. */
@@ -49,6 +67,7 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
         w->tally.ambiguous_faces += __builtin_popcount((unsigned)(choice.ambiguous_faces & own));
         w->tally.tied_faces += __builtin_popcount((unsigned)(choice.tied_faces & own));
         *entry = choice.entry;
+        find_doubled(field, at, choice.ambiguous_faces, choice.entry, w);
     }
     return qni_entry_polygons(*entry);
 }
@@ -125,6 +144,7 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     int32_t leaf[3];
     int64_t mixed = count_mixed(&dmc->field, &w->scan, band_row);
     w->multi_count = 0;
+    w->doubled_count = 0;
     if (mixed == 0)
         return true;
     row->leaves = qni_alloc(dmc->context, mixed, sizeof *row->leaves);
@@ -138,7 +158,7 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     for (int64_t x = 0; x < dmc->field.leaves[0]; ++x) {
         if (!qni_scan_is_mixed(&w->scan, band_row, x))
             continue;
-        if (!reserve_multis(dmc->context, w))
+        if (!reserve_leaf(dmc->context, w))
             return false;
         leaf[0] = (int32_t)x;
         count_leaf(&dmc->field, leaf, band_row, w, row, row->leaves + n++);
@@ -151,6 +171,13 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
             return false;
         row->multi_count = (int32_t)w->multi_count;
         memcpy(row->multis, w->multis, (size_t)w->multi_count * sizeof *row->multis);
+    }
+    if (w->doubled_count) {
+        row->doubled = qni_alloc(dmc->context, w->doubled_count, sizeof *row->doubled);
+        if (!row->doubled)
+            return false;
+        row->doubled_count = (int32_t)w->doubled_count;
+        memcpy(row->doubled, w->doubled, (size_t)w->doubled_count * sizeof *row->doubled);
     }
     return true;
 }
@@ -169,6 +196,7 @@ void qni_dmc_free_rows(qni_dmc *dmc) {
         qni_dmc_row *row = dmc->rows + r;
         qni_free(dmc->context, row->leaves, row->leaf_count, sizeof *row->leaves);
         qni_free(dmc->context, row->quads, row->leaf_count, sizeof *row->quads);
+        qni_free(dmc->context, row->doubled, row->doubled_count, sizeof *row->doubled);
         qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
     }
     qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);
@@ -187,6 +215,7 @@ static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
         if (workers[t].scan.bits)
             qni_scan_destroy(dmc->context, &dmc->field, &workers[t].scan);
         qni_free(dmc->context, workers[t].multis, workers[t].multi_capacity, sizeof *workers[t].multis);
+        qni_free(dmc->context, workers[t].doubled, workers[t].doubled_capacity, sizeof *workers[t].doubled);
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
 }
@@ -229,7 +258,7 @@ static qn_status count_bands(qni_dmc *dmc, worker *workers, int32_t threads, qn_
 }
 
 static void assign_bases(qni_dmc *dmc) {
-    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = 0;
+    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = dmc->doubled_count = 0;
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         qni_dmc_row *row = dmc->rows + r;
         row->vertex_base = dmc->vertex_count;
@@ -237,6 +266,7 @@ static void assign_bases(qni_dmc *dmc) {
         dmc->vertex_count += row->vertex_count;
         dmc->quad_count += row->quad_count;
         dmc->leaf_count += row->leaf_count;
+        dmc->doubled_count += row->doubled_count;
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Dual Marching Cubes for one iso-value: count, allocate exactly, emit ([DMC21] section 3; order: docs/architecture.md). */
 #include "dmc/dmc.h"
+#include "dmc/repair.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -12,10 +13,18 @@ void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes) {
     dmc->scratch_bytes = beside > dmc->scratch_bytes ? beside : dmc->scratch_bytes;
 }
 
+static int64_t total_vertices(const qni_dmc *dmc) {
+    return dmc->vertex_count + (dmc->repair ? dmc->repair->extra_vertices : 0);
+}
+
+static int64_t total_quads(const qni_dmc *dmc) {
+    return dmc->quad_count + (dmc->repair ? dmc->repair->extra_quads : 0);
+}
+
 int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals) {
     const int64_t a_vertex = 12 + (with_normals ? 12 : 0) + (dmc->with_halfedges ? 4 : 0);
     const int64_t a_quad = 16 + (dmc->with_halfedges ? 16 : 0);
-    return dmc->vertex_count * a_vertex + dmc->quad_count * a_quad;
+    return total_vertices(dmc) * a_vertex + total_quads(dmc) * a_quad;
 }
 
 static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report *report) {
@@ -28,11 +37,13 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
     report->ambiguous_faces = tally->ambiguous_faces;
     report->multiple_cells = tally->multiple_cells;
     report->tied_faces = tally->tied_faces;
-    report->vertices = dmc->vertex_count;
-    report->quads = dmc->quad_count;
+    report->vertices = total_vertices(dmc);
+    report->quads = total_quads(dmc);
+    report->doubled_edges = dmc->doubled_count;
+    report->repaired_edges = dmc->repair ? dmc->repair->face_count : 0;
     report->slice_points = tally->slice_points;
     report->degenerate_points = tally->degenerate_points;
-    report->fallback_points = tally->fallback_points;
+    report->fallback_points = tally->fallback_points + (dmc->repair ? dmc->repair->fallback_points : 0);
     report->zero_gradients = tally->zero_gradients;
     report->nan_samples = dmc->field.nan_count;
     report->infinite_samples = dmc->field.infinite_count;
@@ -43,7 +54,7 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
 static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals, qn_mesh **mesh_out,
                            qn_error *error) {
     qn_mesh *mesh;
-    QN_TRY(qni_mesh_alloc(dmc->context, dmc->vertex_count, dmc->quad_count, 0, with_normals, &mesh, error));
+    QN_TRY(qni_mesh_alloc(dmc->context, total_vertices(dmc), total_quads(dmc), 0, with_normals, &mesh, error));
     memcpy(mesh->space, grid->space, sizeof mesh->space);
     memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
     qn_status status = dmc->with_halfedges ? qni_mesh_alloc_halfedges(dmc->context, mesh, error) : QN_OK;
@@ -70,17 +81,21 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     const bool with_normals = !options->skip_normals;
     const double start = qni_seconds();
     dmc.with_halfedges = options->halfedges && !options->triangles;
+    dmc.with_repair = !options->keep_doubled;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
     QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open, &dmc.field, error));
     if (needs_measuring(&dmc.field))
         qni_field_measure_nonfinite(context, &dmc.field);
     qn_status status = qni_dmc_count(&dmc, error);
+    if (status == QN_OK && dmc.with_repair && dmc.doubled_count > 0)
+        status = qni_repair_plan(&dmc, error);
     const double counted = qni_seconds();
     if (status == QN_OK && !options->count_only)
         status = make_mesh(&dmc, qn_volume_grid(volume), with_normals, mesh_out, error);
     if (status == QN_OK)
         fill_report(&dmc, with_normals, report);
+    qni_repair_free(&dmc);
     qni_dmc_free_rows(&dmc);
     report->seconds_classify = counted - start;
     report->seconds_emit = qni_seconds() - counted;

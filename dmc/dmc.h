@@ -29,11 +29,19 @@ typedef struct qni_leaf_quads {
     uint16_t before[3][QNI_LEAF];
 } qni_leaf_quads;
 
+/* A face whose two segments belong to one polygon on either side: a doubled edge (repair.h). */
+typedef struct qni_doubled_face {
+    int32_t cell[3];   /* the cell above it */
+    uint8_t axis;      /* normal to it */
+    uint8_t first_cut; /* its segments cut off face corners first_cut and first_cut + 2 */
+} qni_doubled_face;
+
 typedef struct qni_dmc_row {
     qni_dmc_leaf *leaves;  /* ascending x */
     qni_leaf_quads *quads; /* of each leaf; only when halfedges are wanted */
     qni_multi_cell *multis;
-    int32_t leaf_count, multi_count;
+    qni_doubled_face *doubled; 
+    int32_t leaf_count, multi_count, doubled_count;
     int64_t vertex_count, quad_count;
     int64_t vertex_base, quad_base; /* in the mesh */
 } qni_dmc_row;
@@ -47,10 +55,12 @@ typedef struct qni_dmc_tally {
 typedef struct qni_dmc {
     qn_context *context;
     qni_field field;
-    bool with_halfedges;
+    bool with_halfedges, with_repair;
+    struct qni_repair *repair; /* planned after counting, when there are doubled edges */
     qni_dmc_row *rows;
     int64_t row_count;
-    int64_t vertex_count, quad_count, leaf_count;
+    int64_t vertex_count, quad_count, leaf_count; /* before repair */
+    int64_t doubled_count;
     int64_t held_before;   /* bytes the context held when the work began */
     int64_t scratch_bytes; /* most bytes held beside that and the mesh */
     qni_dmc_tally tally;
@@ -102,5 +112,8 @@ void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]);
 /* Position and normal of one vertex from its cell's stencil and its local place. */
 void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], const double local[3],
                      const qni_frame *frame, float position[3], float normal[3]);
+/* Store it; where central differences cancel, the normal comes from the cell itself, and false is returned. */
+bool qni_store_vertex(qn_mesh *mesh, int64_t vertex, const float position[3], float normal[3],
+                      const double stencil[QNI_STENCIL], const double local[3], const qni_frame *frame);
 
 #endif

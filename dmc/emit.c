@@ -5,6 +5,7 @@
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
 #include "dmc/link.h"
+#include "dmc/repair.h"
 #include "dmc/vertex_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -91,19 +92,25 @@ static bool is_unit(const float normal[3]) {
     return squares > 0.99f && squares < 1.01f;
 }
 
-static void store_vertex(const emission *job, worker *w, int64_t vertex, const float position[3],
-                         float normal[3], const double stencil[QNI_STENCIL], const double local[3]) {
-    memcpy(job->mesh->positions + 3 * vertex, position, 3 * sizeof(float));
-    if (!job->mesh->normals)
-        return;
-    if (!is_unit(normal)) {
+bool qni_store_vertex(qn_mesh *mesh, int64_t vertex, const float position[3], float normal[3],
+                      const double stencil[QNI_STENCIL], const double local[3], const qni_frame *frame) {
+    memcpy(mesh->positions + 3 * vertex, position, 3 * sizeof(float));
+    if (!mesh->normals)
+        return true;
+    const bool good = is_unit(normal);
+    if (!good) {
         double d[8];
         for (int c = 0; c < 8; ++c)
             d[c] = stencil[corner_of_stencil[c]];
-        mend_normal(d, local, &job->frame, normal);
-        ++w->tally.zero_gradients;
+        mend_normal(d, local, frame, normal);
     }
-    memcpy(job->mesh->normals + 3 * vertex, normal, 3 * sizeof(float));
+    memcpy(mesh->normals + 3 * vertex, normal, 3 * sizeof(float));
+    return good;
+}
+
+static void store_vertex(const emission *job, worker *w, int64_t vertex, const float position[3],
+                         float normal[3], const double stencil[QNI_STENCIL], const double local[3]) {
+    w->tally.zero_gradients += !qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, &job->frame);
 }
 
 static void emit_polygon(const emission *job, worker *w, const double stencil[QNI_STENCIL], const double cell[3],
@@ -370,6 +377,25 @@ static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row, co
     qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges);
 }
 
+/* Tell the repair where the quads are that it will split: those of the leaf at x, from split `from` on. */
+static int64_t note_splits(const qni_dmc *dmc, const worker *w, const qni_leaf_extent *extent, int64_t row, int32_t x,
+                           uint32_t first_quad, int64_t from) {
+    const qni_repair *repair = dmc->repair;
+    for (; from < repair->split_count; ++from) {
+        qni_quad_split *split = repair->splits + from;
+        if (split->row != row || split->point[0] / QNI_LEAF != x)
+            break;
+        const int z = split->point[2] % QNI_LEAF, bit = split->point[0] % QNI_LEAF + 8 * (split->point[1] % QNI_LEAF);
+        split->quad = first_quad;
+        for (int axis = 0; axis <= split->axis; ++axis)
+            for (int s = 0; s < (axis < split->axis ? QNI_LEAF : z); ++s)
+                split->quad += (uint32_t)count_bits(qni_quads_of_slice(&w->masks, extent, axis, s));
+        const uint64_t slice = qni_quads_of_slice(&w->masks, extent, split->axis, z);
+        split->quad += (uint32_t)count_bits(slice & ((UINT64_C(1) << bit) - 1));
+    }
+    return from;
+}
+
 static void emit_row(const emission *job, int64_t index, worker *w) {
     const qni_dmc *dmc = job->dmc;
     const qni_dmc_row *row = dmc->rows + index;
@@ -379,6 +405,7 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     find_neighbour_rows(dmc, index, &rows);
     qni_upper_rows_init(dmc, index, &upper);
+    int64_t next_split = dmc->repair ? qni_repair_row_split(dmc->repair, index) : 0;
     for (int32_t n = 0; n < row->leaf_count; ++n) {
         const qni_dmc_leaf *own = row->leaves + n;
         leaf[0] = own->x;
@@ -395,6 +422,9 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         emit_vertices(job, w, row, own, at);
         if (job->mesh->quads)
             emit_quads(job, w, &extent, job->mesh->quads + 4 * (row->quad_base + own->quad_base));
+        if (dmc->repair)
+            next_split = note_splits(dmc, w, &extent, index, own->x, (uint32_t)(row->quad_base + own->quad_base),
+                                     next_split);
         if (job->mesh->twins)
             link_leaf(job, w, row, own, &extent, &upper);
     }
@@ -452,5 +482,9 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
         dmc->tally.zero_gradients += workers[t].tally.zero_gradients;
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
+    if (status == QN_OK && dmc->repair)
+        qni_repair_apply(dmc, &job.frame, job.reverse, mesh);
+    if (status == QN_OK && dmc->repair && mesh->twins)
+        qni_repair_link(dmc, mesh);
     return status;
 }

@@ -86,13 +86,6 @@ static void pair(const cell *c, int face, int edge_a, int edge_b, uint32_t *twin
         twins[b] = a;
 }
 
-/* The edge between corners n and n + 1 of a face. */
-static int face_edge(int face, int n) {
-    const int a = qni_face_corner(face, n), b = qni_face_corner(face, (n + 1) & 3);
-    const int low = a < b ? a : b, axis = (a ^ b) == 1 ? 0 : (a ^ b) == 2 ? 1 : 2;
-    return qni_edge_at(axis, low);
-}
-
 /* A face with four crossings: the segments cut off its lower corners or its upper ones, as the face rule says. */
 static void pair_ambiguous(const qni_link_leaf *job, const cell *c, int face, uint32_t *twins) {
     double d[4];
@@ -105,7 +98,7 @@ static void pair_ambiguous(const qni_link_leaf *job, const cell *c, int face, ui
         qni_face_saddle_sign(d[first_above], d[first_above + 2], d[1 - first_above], d[(3 - first_above)]));
     const int first_cut = joined ? 1 - first_above : first_above;
     for (int n = first_cut; n < 4; n += 2) /* corner n lies between face edges n - 1 and n */
-        pair(c, face, face_edge(face, (n + 3) & 3), face_edge(face, n), twins);
+        pair(c, face, qni_face_edge(face, (n + 3) & 3), qni_face_edge(face, n), twins);
 }
 
 static void link_low_face(const qni_link_leaf *job, const cell *c, int face, uint32_t *twins) {
@@ -113,7 +106,7 @@ static void link_low_face(const qni_link_leaf *job, const cell *c, int face, uin
     for (int n = 0; n < 4; ++n) {
         const int a = qni_face_corner(face, n), b = qni_face_corner(face, (n + 1) & 3);
         if ((c->case_index >> a & 1) != (c->case_index >> b & 1))
-            crossed[count++] = face_edge(face, n);
+            crossed[count++] = qni_face_edge(face, n);
     }
     if (count == 2)
         pair(c, face, crossed[0], crossed[1], twins);

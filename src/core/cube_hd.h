@@ -63,4 +63,10 @@ QN_HD_INLINE int qni_face_corner(int face, int index) {
     return (side << axis) | (u << p) | (v << q);
 }
 
+/* The edge between corners `index` and `index + 1` of a face, counted round it. */
+QN_HD_INLINE int qni_face_edge(int face, int index) {
+    const int a = qni_face_corner(face, index & 3), b = qni_face_corner(face, (index + 1) & 3);
+    return qni_edge_at((a ^ b) == 1 ? 0 : (a ^ b) == 2 ? 1 : 2, a < b ? a : b);
+}
+
 #endif

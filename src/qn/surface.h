@@ -26,6 +26,7 @@ typedef struct qn_surface_options {
     bool triangles;          /* split the quads (MaxMin angle) */
     bool skip_normals;
     bool count_only;         /* dry run: fill the reports, make no mesh */
+    bool keep_doubled;       /* leave doubled edges as [DMC21] makes them; default: take them apart */
     bool halfedges;          /* give the mesh its halfedges (not together with `triangles`) */
 } qn_surface_options;
 
@@ -43,12 +44,14 @@ typedef struct qn_surface_report {
     int64_t ambiguous_faces;   /* lattice faces with two ways to pair their four crossings */
     int64_t multiple_cells;    /* cells with two to four polygons */
     int64_t tied_faces;        /* ambiguous faces where both pairings are equally right; the rule decides */
-    int64_t vertices, quads;
+    int64_t vertices, quads;   /* of the mesh, repair included */
     int64_t slice_points;      /* vertices found on a slice through the cell (no axis line met the surface) */
     int64_t degenerate_points; /* polygons shrunk to a point, where samples equal the iso-value */
     int64_t fallback_points;   /* vertices put on a face arc of their polygon since no slice would do */
     int64_t zero_gradients;    /* normals taken from the polygon since the gradient vanishes there */
     int64_t nan_samples, infinite_samples;
+    int64_t doubled_edges;     /* pairs of mesh edges with the same two ends, the non-manifold edges of [MDMC21] */
+    int64_t repaired_edges;    /* those of them that were taken apart */
     int64_t output_bytes;      /* memory of the mesh */
     int64_t scratch_bytes;     /* most memory held beside it */
     double seconds_classify, seconds_emit, seconds_total;

@@ -74,6 +74,18 @@ double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z) 
     return i == ci && j == cj && k == ck ? d : outside_of(field, d);
 }
 
+double qni_field_extended_value(const qni_field *field, const int64_t point[3]) {
+    int64_t end[3], before_end[3];
+    bool beyond = false;
+    for (int a = 0; a < 3; ++a) {
+        end[a] = clamp_index(point[a], field->samples[a]);
+        before_end[a] = clamp_index(2 * end[a] - point[a], field->samples[a]);
+        beyond = beyond || end[a] != point[a];
+    }
+    const double d = qni_field_value(field, end[0], end[1], end[2]);
+    return beyond ? 2 * d - qni_field_value(field, before_end[0], before_end[1], before_end[2]) : d;
+}
+
 /* `count` lattice points from (x, y, z) along x; all must be true samples of the grid. */
 static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, int64_t count, double *out) {
     qni_grid_load_row(field->grid, x - field->border, y - field->border, z - field->border, count, out);

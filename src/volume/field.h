@@ -54,6 +54,9 @@ void qni_field_measure_nonfinite(qn_context *context, qni_field *field);
 /* Value of any lattice point. */
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);
 
+/* The same, one point beyond the lattice's ends too, extrapolated as in tiles. */
+double qni_field_extended_value(const qni_field *field, const int64_t point[3]);
+
 /* ---- leaves by their signs ------------------------------------------------------------------- */
 
 /* Leaves come in rows along x, rows in bands of up to 8 neighbours along y, so that rows of samples are packed once

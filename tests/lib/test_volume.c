@@ -119,6 +119,7 @@ qn_surface_options test_field_options(const test_field *field) {
     options.isovalue_count = 1;
     options.inside = field->inside;
     options.open = field->open;
+    options.keep_doubled = true; /* what the reference makes: [DMC21] plain */
     return options;
 }
 

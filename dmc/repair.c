@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+/* Splitting the quads at doubled edges: where the new vertices lie, which quads they make. All of it is arithmetic on the
+ * cells at hand; every point and every quad is written by itself. */
+#include "dmc/repair.h"
+#include "dmc/cell_hd.h"
+#include "dmc/ring_hd.h"
+#include "dmc/vertex_hd.h"
+#include "core/context.h"
+#include "core/parallel.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct repair_job {
+    const qni_dmc *dmc;
+    const qni_frame *frame;
+    qn_mesh *mesh;
+    bool reverse;
+} repair_job;
+
+/* ---- vertices -------------------------------------------------------------------------------- */
+
+/* The same order as in kernel_body.h. */
+static void load_stencil(const qni_field *field, const int64_t cell[3], double stencil[QNI_STENCIL]) {
+    for (int n = 0; n < QNI_STENCIL; ++n) {
+        int step[3];
+        if (n < 16) {
+            step[0] = n % 4 - 1;
+            step[1] = n / 4 & 1;
+            step[2] = n / 8;
+        } else {
+            const int beside = n < 24 ? 1 : 2, other = 3 - beside, m = n - (n < 24 ? 16 : 24);
+            step[0] = m & 1;
+            step[beside] = m < 4 ? -1 : 2;
+            step[other] = m >> 1 & 1;
+        }
+        const int64_t point[3] = {cell[0] + step[0], cell[1] + step[1], cell[2] + step[2]};
+        stencil[n] = qni_field_extended_value(field, point);
+    }
+}
+
+static void place(const repair_job *job, const int64_t cell[3], const double local[3], int64_t vertex) {
+    double stencil[QNI_STENCIL];
+    const double at[3] = {(double)cell[0], (double)cell[1], (double)cell[2]};
+    float position[3], normal[3];
+    load_stencil(&job->dmc->field, cell, stencil);
+    qni_place_point(stencil, at, local, job->frame, position, normal);
+    qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, job->frame);
+}
+
+/* Corner values of a cell. */
+static void load_corners(const qni_field *field, const int64_t cell[3], double d[8]) {
+    for (int c = 0; c < 8; ++c)
+        d[c] = qni_field_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
+}
+
+/* The middle of a segment's arc on its face, in the face's two axes. */
+static bool arc_middle(const qni_doubled_face *face, int segment, const double d[8], double uw[2]) {
+    const int axis = face->axis, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    qni_square square;
+    int side[2];
+    for (int n = 0; n < 4; ++n)
+        square.v[n] = d[(n & 1) << p | (n >> 1) << q];
+    for (int n = 0; n < 2; ++n) {
+        const int edge = qni_face_edge(2 * axis, face->first_cut + 2 * segment + 3 + n);
+        const int across = qni_edge_axis(edge) == p ? q : p;
+        side[n] = 2 * (across == q) + qni_edge_side(edge, across);
+    }
+    return qni_arc_middle(&square, side[0], side[1], uw);
+}
+
+/* From the arc's middle into a cell, along the surface: in the slice across one axis of the face, the arc that starts in the middle
+ * is followed to a plane at `depth` from the face. There the slice is linear along the face's other axis, so the surface has one
+ * point; as long as the ends of that line keep their signs, it is on the same arc, hence on the right branch. */
+static bool follow(const double d[8], int axis, int face_side, const double uw[2], int slice, double depth, double *found) {
+    const int in_face[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
+    const int across = in_face[slice], along = in_face[1 - slice];
+    double at_face[2], inside[2];
+    for (int n = 0; n < 2; ++n) {
+        const int near = n << along | face_side << axis, far = n << along | (1 - face_side) << axis;
+        const double on_face = qni_lerp(d[near], d[near | 1 << across], uw[slice]);
+        const double opposite = qni_lerp(d[far], d[far | 1 << across], uw[slice]);
+        at_face[n] = on_face;
+        inside[n] = qni_lerp(on_face, opposite, depth);
+    }
+    *found = inside[0] / (inside[0] - inside[1]);
+    return qni_differ(at_face[0], at_face[1]) && qni_differ(inside[0], inside[1]) &&
+           (at_face[0] >= 0) == (inside[0] >= 0);
+}
+
+/* The point of a segment in the cell above its face (side 0) or below it (side 1); false when it stays on the face. */
+static bool point_in_cell(const double d[8], int axis, int face_side, const double uw[2], double local[3]) {
+    const int in_face[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
+    for (double depth = 0.25; depth > 0.003; depth /= 2) {
+        double found[2], move[2] = {2, 2};
+        for (int slice = 0; slice < 2; ++slice)
+            if (follow(d, axis, face_side, uw, slice, depth, found + slice))
+                move[slice] = fabs(found[slice] - uw[1 - slice]);
+        if (fmin(move[0], move[1]) >= 2)
+            continue;
+        const int slice = move[0] <= move[1] ? 0 : 1;
+        local[axis] = face_side ? 1 - depth : depth;
+        local[in_face[slice]] = uw[slice];
+        local[in_face[1 - slice]] = found[slice];
+        return true;
+    }
+    local[axis] = face_side;
+    local[in_face[0]] = uw[0];
+    local[in_face[1]] = uw[1];
+    return false;
+}
+
+/* The four points of a doubled face: two for each segment, first the one above the face. Returns how many stay on it. */
+static int place_face_points(const repair_job *job, int64_t index) {
+    const qni_doubled_face *face = job->dmc->repair->faces + index;
+    const int axis = face->axis;
+    double d[2][8];
+    int64_t cell[2][3];
+    int left = 0;
+    for (int side = 0; side < 2; ++side) {
+        for (int a = 0; a < 3; ++a)
+            cell[side][a] = face->cell[a] - (side && a == axis);
+        load_corners(&job->dmc->field, cell[side], d[side]);
+    }
+    for (int segment = 0; segment < 2; ++segment) {
+        double uw[2];
+        if (!arc_middle(face, segment, d[0], uw)) { /* shrunk to a corner: samples at the iso-value */
+            const int corner = qni_face_corner(2 * axis, face->first_cut + 2 * segment);
+            uw[0] = corner >> (axis == 0 ? 1 : 0) & 1;
+            uw[1] = corner >> (axis == 2 ? 1 : 2) & 1;
+        }
+        for (int side = 0; side < 2; ++side) {
+            double local[3];
+            left += !point_in_cell(d[side], axis, side, uw, local);
+            place(job, cell[side], local, job->dmc->vertex_count + 4 * index + 2 * segment + side);
+        }
+    }
+    return left;
+}
+
+/* ---- quads ----------------------------------------------------------------------------------- */
+
+enum { LARGEST_BOUNDARY = 12 };
+
+/* The side of the split quad at a ring side. */
+static int ring_side_of(const qni_quad_split *split, int side) {
+    return qni_quad_side(side, split->forward);
+}
+
+/* The boundary of a quad with the points on its sides, from its first corner on. */
+static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split, uint32_t boundary[LARGEST_BOUNDARY]) {
+    int count = 0;
+    for (int k = 0; k < 4; ++k) {
+        const int ring_side = ring_side_of(split, k);
+        boundary[count++] = split->corners[k];
+        if (split->points[ring_side] == QNI_NO_POINTS)
+            continue;
+        /* Sides 0 and 1 of a ring climb, 2 and 3 come down. */
+        const bool climbs = (ring_side < 2) == (split->forward != 0);
+        const uint32_t above = (uint32_t)(dmc->vertex_count + split->points[ring_side]);
+        boundary[count++] = climbs ? above + 1 : above;
+        boundary[count++] = climbs ? above : above + 1;
+    }
+    return count;
+}
+
+static void fan_quad(const uint32_t *boundary, int count, uint32_t centre, int turn, int j, uint32_t quad[4]) {
+    quad[0] = centre;
+    for (int n = 0; n < 3; ++n)
+        quad[1 + n] = boundary[(2 * j + turn + n) % count];
+}
+
+/* [DMC21] equation (9). */
+static double quad_quality(const float *positions, const uint32_t quad[4]) {
+    double least = 1;
+    for (int k = 0; k < 4; ++k) {
+        const float *o = positions + 3 * (size_t)quad[k], *a = positions + 3 * (size_t)quad[(k + 1) & 3],
+                    *b = positions + 3 * (size_t)quad[(k + 3) & 3];
+        double u[3], v[3];
+        for (int n = 0; n < 3; ++n) {
+            u[n] = (double)a[n] - (double)o[n];
+            v[n] = (double)b[n] - (double)o[n];
+        }
+        const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+        const double squares = (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) + (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        const double quality = squares > 0 ? 2 * sqrt(x * x + y * y + z * z) / squares : 0;
+        least = quality < least ? quality : least;
+    }
+    return least;
+}
+
+static int better_turn(const float *positions, const uint32_t *boundary, int count, uint32_t centre) {
+    double worst[2] = {1, 1};
+    for (int turn = 0; turn < 2; ++turn)
+        for (int j = 0; j < count / 2; ++j) {
+            uint32_t quad[4];
+            fan_quad(boundary, count, centre, turn, j, quad);
+            worst[turn] = fmin(worst[turn], quad_quality(positions, quad));
+        }
+    return worst[1] > worst[0];
+}
+
+/* Where fan quad j of a split goes. */
+static int64_t fan_place(const qni_dmc *dmc, const qni_quad_split *split, int j) {
+    return j == 0 ? (int64_t)split->quad : dmc->quad_count + split->first_extra + j - 1;
+}
+
+static uint32_t centre_of(const qni_dmc *dmc, int64_t index) {
+    return (uint32_t)(dmc->vertex_count + 4 * dmc->repair->face_count + index);
+}
+
+/* The centre is where the lattice edge meets the surface: a point of all four cells and of the right branch in each. */
+static void split_quad(const repair_job *job, int64_t index) {
+    const qni_dmc *dmc = job->dmc;
+    qni_quad_split *split = dmc->repair->splits + index;
+    const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
+    double local[3] = {0, 0, 0}, d[8];
+    load_corners(&dmc->field, cell, d);
+    local[split->axis] = d[0] / (d[0] - d[1 << split->axis]);
+    split->forward = (d[0] >= 0) != job->reverse;
+    place(job, cell, local, centre_of(dmc, index));
+    memcpy(split->corners, job->mesh->quads + 4 * (size_t)split->quad, sizeof split->corners);
+    uint32_t boundary[LARGEST_BOUNDARY];
+    const int count = boundary_of(dmc, split, boundary);
+    split->turn = (uint8_t)better_turn(job->mesh->positions, boundary, count, centre_of(dmc, index));
+    for (int j = 0; j < count / 2; ++j)
+        fan_quad(boundary, count, centre_of(dmc, index), split->turn, j, job->mesh->quads + 4 * fan_place(dmc, split, j));
+}
+
+void qni_repair_apply(qni_dmc *dmc, const qni_frame *frame, bool reverse, qn_mesh *mesh) {
+    const repair_job job = {dmc, frame, mesh, reverse};
+    const int32_t threads = qn_context_threads(dmc->context);
+    int64_t left = 0;
+    (void)threads;
+#pragma omp parallel for schedule(static) reduction(+ : left) num_threads(threads)
+    for (int64_t n = 0; n < dmc->repair->face_count; ++n)
+        left += place_face_points(&job, n);
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int64_t n = 0; n < dmc->repair->split_count; ++n)
+        split_quad(&job, n);
+    dmc->repair->fallback_points = left;
+}
+
+/* ---- halfedges ------------------------------------------------------------------------------- */
+
+static int parts_of_side(const qni_quad_split *split, int k) {
+    return split->points[ring_side_of(split, k)] == QNI_NO_POINTS ? 1 : 3;
+}
+
+static int boundary_size(const qni_quad_split *split) {
+    return 2 * split->quads;
+}
+
+/* The halfedge of a part of old side k. */
+static uint32_t part_halfedge(const qni_dmc *dmc, const qni_quad_split *split, int k, int part) {
+    int e = part;
+    for (int n = 0; n < k; ++n)
+        e += parts_of_side(split, n);
+    const int count = boundary_size(split), from_turn = (e + count - split->turn) % count;
+    return (uint32_t)(4 * fan_place(dmc, split, from_turn / 2) + 1 + from_turn % 2);
+}
+
+static const qni_quad_split *split_of_quad(const qni_repair *repair, uint32_t quad) {
+    int64_t low = 0, high = repair->split_count;
+    while (low < high) {
+        const int64_t middle = low + (high - low) / 2;
+        if (repair->splits[middle].quad < quad)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < repair->split_count && repair->splits[low].quad == quad ? repair->splits + low : NULL;
+}
+
+static void link_side(const qni_dmc *dmc, const qni_quad_split *split, int k, uint32_t *twins) {
+    const int parts = parts_of_side(split, k);
+    const uint32_t twin = split->twins[k];
+    const qni_quad_split *other = twin == QN_NO_HALFEDGE ? NULL : split_of_quad(dmc->repair, twin / 4);
+    for (int part = 0; part < parts; ++part) {
+        const uint32_t own = part_halfedge(dmc, split, k, part);
+        twins[own] = other ? part_halfedge(dmc, other, (int)(twin & 3), parts - 1 - part) : twin;
+        if (!other && twin != QN_NO_HALFEDGE)
+            twins[twin] = own;
+    }
+}
+
+static void link_spokes(const qni_dmc *dmc, const qni_quad_split *split, uint32_t *twins) {
+    const int fan = split->quads;
+    for (int j = 0; j < fan; ++j) {
+        const uint32_t out = (uint32_t)(4 * fan_place(dmc, split, (j + 1) % fan)), back = (uint32_t)(4 * fan_place(dmc, split, j) + 3);
+        twins[out] = back;
+        twins[back] = out;
+    }
+}
+
+static void link_vertices(const qni_dmc *dmc, int64_t index, qn_mesh *mesh) {
+    const qni_quad_split *split = dmc->repair->splits + index;
+    for (int k = 0; k < 4; ++k) {
+        if (mesh->vertex_halfedges[split->corners[k]] == 4 * split->quad + (uint32_t)k)
+            mesh->vertex_halfedges[split->corners[k]] = part_halfedge(dmc, split, k, 0);
+        for (int part = 1; part < parts_of_side(split, k); ++part) {
+            const uint32_t h = part_halfedge(dmc, split, k, part);
+            uint32_t *of_vertex = mesh->vertex_halfedges + mesh->quads[h];
+            if (*of_vertex == QN_NO_HALFEDGE || mesh->twins[h] == QN_NO_HALFEDGE)
+                *of_vertex = h;
+        }
+    }
+    mesh->vertex_halfedges[centre_of(dmc, index)] = 4 * split->quad;
+}
+
+void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {
+    qni_repair *repair = dmc->repair;
+    for (int64_t v = dmc->vertex_count; v < mesh->vertex_count; ++v)
+        mesh->vertex_halfedges[v] = QN_NO_HALFEDGE;
+    for (int64_t n = 0; n < repair->split_count; ++n)
+        memcpy(repair->splits[n].twins, mesh->twins + 4 * (size_t)repair->splits[n].quad, sizeof repair->splits[n].twins);
+    for (int64_t n = 0; n < repair->split_count; ++n) {
+        for (int k = 0; k < 4; ++k)
+            link_side(dmc, repair->splits + n, k, mesh->twins);
+        link_spokes(dmc, repair->splits + n, mesh->twins);
+    }
+    for (int64_t n = 0; n < repair->split_count; ++n)
+        link_vertices(dmc, n, mesh);
+}

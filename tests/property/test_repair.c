@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+/* Doubled edges are taken apart: on any volume the closed mesh is a 2-manifold, of the Euler characteristic and the pieces that
+ * its polygons and segments have; its halfedges are those of the indices; vertices stay on the surface. */
+#include "lib/random_volume.h"
+#include "lib/test_volume.h"
+#include "lib/trilinear.h"
+
+#include <math.h>
+
+static qn_mesh *surface(qn_context *context, const test_field *field, bool keep_doubled, bool halfedges,
+                        qn_surface_report *report) {
+    qn_volume *volume = test_field_volume(context, field);
+    qn_surface_options options = test_field_options(field);
+    qn_mesh *mesh;
+    qn_error error;
+    options.keep_doubled = keep_doubled;
+    options.halfedges = halfedges;
+    if (qn_surface(context, volume, &options, &mesh, report, &error) != QN_OK)
+        fail_msg("%s: %s", field->name, error.message);
+    qn_volume_destroy(volume);
+    return mesh;
+}
+
+static qn_mesh_report check(qn_context *context, const qn_mesh *mesh) {
+    qn_mesh_check_options options;
+    qn_mesh_report report;
+    qn_mesh_check_options_init(&options);
+    options.skip_intersections = true;
+    assert_int_equal(qn_mesh_check(context, mesh, &options, &report, NULL), QN_OK);
+    return report;
+}
+
+static void compare_halfedges(qn_context *context, const test_field *field, qn_mesh *mesh) {
+    const qn_mesh_view view = qn_mesh_get_view(mesh);
+    const qn_halfedges he = qn_mesh_get_halfedges(mesh);
+    qn_mesh *copy;
+    assert_int_equal(qn_mesh_create(context, &view, &copy, NULL), QN_OK);
+    assert_int_equal(qn_mesh_build_halfedges(context, copy, NULL), QN_OK);
+    const qn_halfedges sorted = qn_mesh_get_halfedges(copy);
+    assert_int_equal(he.count, 4 * view.quad_count);
+    for (int64_t h = 0; h < he.count; ++h)
+        if (he.twin[h] != sorted.twin[h])
+            fail_msg("%s: halfedge %lld has twin %u, by sorting %u", field->name, (long long)h, he.twin[h], sorted.twin[h]);
+    for (int64_t v = 0; v < view.vertex_count; ++v)
+        if (he.vertex_halfedge[v] != QN_NO_HALFEDGE)
+            assert_int_equal(view.quads[he.vertex_halfedge[v]], v);
+    qn_mesh_destroy(copy);
+}
+
+static void closed_meshes_are_manifold(void **state) {
+    (void)state;
+    const uint64_t seed = test_seed();
+    qn_context *context = test_context(2);
+    int64_t repaired = 0, fallbacks = 0;
+    for (int64_t i = 0; i < test_count(300, 2000); ++i) {
+        test_random random = {seed + (uint64_t)i};
+        test_field field = test_random_field(&random, (test_kind)(i % TEST_KIND_COUNT), 24);
+        qn_surface_report raw_report, report;
+        field.open = false;
+        qn_mesh *raw = surface(context, &field, true, false, &raw_report);
+        qn_mesh *mesh = surface(context, &field, false, true, &report);
+        const qn_mesh_report found = check(context, mesh), before = check(context, raw);
+        assert_int_equal(report.doubled_edges, raw_report.doubled_edges);
+        assert_int_equal(report.repaired_edges, report.doubled_edges);
+        assert_int_equal(before.nonmanifold_edges, report.doubled_edges);
+        if (found.boundary_edges || found.nonmanifold_edges || found.nonmanifold_vertices || found.duplicate_faces ||
+            found.orientation_conflicts || found.unused_vertices)
+            fail_msg("%s, number %lld: %lld boundary, %lld non-manifold edges, %lld vertices, %lld duplicate faces, %lld conflicts, "
+                     "%lld unused", field.name, (long long)i, (long long)found.boundary_edges, (long long)found.nonmanifold_edges,
+                     (long long)found.nonmanifold_vertices, (long long)found.duplicate_faces,
+                     (long long)found.orientation_conflicts, (long long)found.unused_vertices);
+        /* Each quad has four sides and each side two quads, doubled or not: V - 2 F + F. */
+        assert_int_equal(found.euler_characteristic, raw_report.vertices - raw_report.quads);
+        compare_halfedges(context, &field, mesh);
+        repaired += report.repaired_edges;
+        fallbacks += report.fallback_points - raw_report.fallback_points;
+        qn_mesh_destroy(raw);
+        qn_mesh_destroy(mesh);
+        test_field_free(&field);
+    }
+    printf("%lld doubled edges taken apart, %lld of their %lld points left on a face\n", (long long)repaired,
+           (long long)fallbacks, (long long)(4 * repaired));
+    assert_true(repaired > 10000);
+    test_context_end(context);
+}
+
+/* The plain part of the mesh stays where it is, byte for byte, and so does all of it for any thread count. */
+static void nothing_else_changes(void **state) {
+    (void)state;
+    test_random random = {test_seed()};
+    for (int round = 0; round < 20; ++round) {
+        test_field field = test_random_field(&random, (test_kind)(round % TEST_KIND_COUNT), 30);
+        qn_context *one = test_context(1), *eight = test_context(8);
+        qn_mesh *raw = surface(one, &field, true, false, NULL);
+        qn_mesh *a = surface(one, &field, false, false, NULL), *b = surface(eight, &field, false, false, NULL);
+        const qn_mesh_view plain = qn_mesh_get_view(raw), repaired = qn_mesh_get_view(a);
+        if (plain.vertex_count)
+            assert_memory_equal(plain.positions, repaired.positions, (size_t)plain.vertex_count * 3 * sizeof(float));
+        assert_true(test_hash_mesh(a) == test_hash_mesh(b));
+        qn_mesh_destroy(raw);
+        qn_mesh_destroy(a);
+        qn_mesh_destroy(b);
+        test_context_end(one);
+        test_context_end(eight);
+        test_field_free(&field);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(closed_meshes_are_manifold),
+        cmocka_unit_test(nothing_else_changes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
