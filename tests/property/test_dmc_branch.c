@@ -142,7 +142,7 @@ static void vertices_of_random_volumes_lie_on_their_branch(void **state) {
     (void)state;
     uint64_t seed = test_seed();
     qn_context *context = test_context(2);
-    const int64_t count = test_count(16, 250);
+    const int64_t count = test_count(16, 100);
     for (int kind = 0; kind < TEST_KIND_COUNT; ++kind) {
         branch_tally tally = {0};
         for (int64_t i = 0; i < count; ++i) {
@@ -164,7 +164,7 @@ static void vertices_of_single_cells_lie_on_their_branch(void **state) {
     qn_context *context = test_context(1);
     test_field field = test_field_make(2, 2, 2);
     branch_tally tally = {0};
-    for (int64_t i = 0; i < test_count(9000, 300000); ++i) {
+    for (int64_t i = 0; i < test_count(9000, 60000); ++i) {
         static const int patterns[] = {0x69, 0x96, 0x81, 0x18, 0x42, 0x24, 0x41, 0x14, 0x9f, 0x61};
         test_random_fill(&field, &random, (test_kind)(i % TEST_KIND_COUNT));
         for (int c = 0; c < 8; ++c) {
