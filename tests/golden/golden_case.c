@@ -7,8 +7,8 @@
 bool golden_parse(const char *line, golden_case *parsed) {
     long long n = 0;
     int count = sscanf(line, "%39[^,],%7[^,],%lld,%7[^,],%7[^,],%11[^,],%23[^,],%23[^,],%23[^,\n]",
-                       parsed->name, parsed->scalar, &n, parsed->inside, parsed->border, parsed->faces,
-                       parsed->vertices, parsed->face_count, parsed->hash);
+                       parsed->name, parsed->scalar, &n, parsed->inside, parsed->border,
+                       parsed->faces, parsed->vertices, parsed->face_count, parsed->hash);
     parsed->n = n;
     return count == 9;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* A volume of more than 2^31 samples: balls, one of them at the far corner, come out whole and at their
- * places, and the memory beside the mesh stays under half a byte a sample. Long run only. */
+/* A volume of more than 2^31 samples: balls, one of them at the far corner, come out whole and at
+ * their places, and the memory beside the mesh stays under half a byte a sample. Long run only. */
 #include "lib/mesh_measure.h"
 
 #include <math.h>
@@ -26,7 +26,8 @@ static void draw(uint8_t *samples, const ball *b) {
     double reach = b->radius + 6;
     for (int64_t k = clamp_index(b->z - reach, NZ); k <= clamp_index(b->z + reach, NZ); ++k)
         for (int64_t j = clamp_index(b->y - reach, NY); j <= clamp_index(b->y + reach, NY); ++j)
-            for (int64_t i = clamp_index(b->x - reach, NX); i <= clamp_index(b->x + reach, NX); ++i) {
+            for (int64_t i = clamp_index(b->x - reach, NX); i <= clamp_index(b->x + reach, NX);
+                 ++i) {
                 double dx = (double)i - b->x, dy = (double)j - b->y, dz = (double)k - b->z;
                 double value = 127.5 + 24 * (b->radius - sqrt(dx * dx + dy * dy + dz * dz));
                 samples[i + NX * (j + (int64_t)NY * k)] =

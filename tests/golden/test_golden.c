@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* golden.csv: counts and bytes of meshes as they were agreed on. With --update the table is rewritten
- * with what comes out now, so that a change is seen as a diff of the table. */
+/* golden.csv: counts and bytes of meshes as they were agreed on. With --update the table is
+ * rewritten with what comes out now, so that a change is seen as a diff of the table. */
 #include "golden/golden_case.h"
 
 static const char *table_path;

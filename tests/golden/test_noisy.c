@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The noisy volume, at an iso-value on which samples lie and at one between: each of its ambiguous faces
- * is decided as exact arithmetic says, and there is no crack. */
+/* The noisy volume, at an iso-value on which samples lie and at one between: each of its ambiguous
+ * faces is decided as exact arithmetic says, and there is no crack. */
 #include "lib/mesh_measure.h"
 #include "lib/reference_match.h"
 
@@ -52,7 +52,8 @@ static int64_t clear_faces(const test_field *field) {
 
 static void check_iso(qn_context *context, test_field *field, double iso, int64_t *faces) {
     field->iso = iso;
-    snprintf(field->name, sizeof field->name, "noisy at %g, %s", iso, field->open ? "open" : "closed");
+    snprintf(field->name, sizeof field->name, "noisy at %g, %s", iso,
+             field->open ? "open" : "closed");
     test_field_prepare(field);
     qn_surface_report report;
     qn_mesh *mesh = test_field_surface(context, field, &report);
@@ -66,8 +67,8 @@ static void check_iso(qn_context *context, test_field *field, double iso, int64_
     if (!field->open)
         assert_int_equal(edges.unbalanced, 0);
     printf("%s: %lld vertices, %lld quads, %lld ambiguous faces as decided, %lld edges "
-           "of four quads, %lld slices, %lld degenerate, %lld fallbacks\n", field->name,
-           (long long)report.vertices, (long long)report.quads, (long long)*faces,
+           "of four quads, %lld slices, %lld degenerate, %lld fallbacks\n",
+           field->name, (long long)report.vertices, (long long)report.quads, (long long)*faces,
            (long long)edges.more_than_two, (long long)report.slice_points,
            (long long)report.degenerate_points, (long long)report.fallback_points);
     test_match_free(&match);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The shape of quads and triangles is at least that of [DMC21] Tables 8 and 7, and the surfaces that
- * end within the volume are closed, balanced and of the right genus. */
+/* The shape of quads and triangles is at least that of [DMC21] Tables 8 and 7, and the surfaces
+ * that end within the volume are closed, balanced and of the right genus. */
 #include "golden/golden_case.h"
 #include "lib/mesh_measure.h"
 
@@ -37,8 +37,9 @@ static void shapes_are_as_good_as_the_paper_s(void **state) {
         double quads = test_mean_quad_quality(mesh);
         assert_int_equal(qn_mesh_triangulate(context, mesh, NULL), QN_OK);
         double triangles = test_mean_triangle_quality(mesh);
-        printf("%s %lld: quads %.4f (at least %.2f), triangles %.4f (at least %.2f)\n", rows[i].name,
-               (long long)rows[i].n, quads, rows[i].quads, triangles, rows[i].triangles);
+        printf("%s %lld: quads %.4f (at least %.2f), triangles %.4f (at least %.2f)\n",
+               rows[i].name, (long long)rows[i].n, quads, rows[i].quads, triangles,
+               rows[i].triangles);
         wrong += quads < rows[i].quads || triangles < rows[i].triangles;
         qn_mesh_destroy(mesh);
     }

@@ -55,7 +55,10 @@ const test_analytic *test_analytic_find(const char *name) {
 }
 
 double test_analytic_iso(qn_scalar scalar) {
-    return scalar == QN_U8 ? 127.5 : scalar == QN_U16 ? 32767.5 : scalar == QN_U32 ? 2147483647.5 : 0;
+    return scalar == QN_U8    ? 127.5
+           : scalar == QN_U16 ? 32767.5
+           : scalar == QN_U32 ? 2147483647.5
+                              : 0;
 }
 
 static double quantised(double value, double scale, double low, double high) {
@@ -95,7 +98,8 @@ static void store(void *samples, int64_t at, qn_scalar scalar, double value, dou
 void *test_analytic_samples(const test_analytic *analytic, int64_t n, qn_scalar scalar) {
     void *samples = test_alloc((size_t)(n * n * n), qn_scalar_size(scalar));
     double *place = test_alloc((size_t)n, sizeof *place);
-    /* gen2 as in the issue: -2 + 4 i / (n - 1); iWP: its function takes the cosines of the places */
+    /* gen2 as in the issue: -2 + 4 i / (n - 1); iWP: its function takes the cosines of the places
+     */
     for (int64_t i = 0; i < n; ++i) {
         place[i] = analytic->first + analytic->span * (double)i / (double)(n - 1);
         if (analytic->value == iwp)

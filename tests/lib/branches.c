@@ -13,11 +13,12 @@ test_box test_polygon_box(const test_field *field, const int64_t cell[3], uint16
         test_edge edge = test_cell_edge(cell, e);
         const int64_t *s = edge.sample;
         double from = fabs(test_field_distance(field, s[0], s[1], s[2]));
-        double to = fabs(test_field_distance(field, s[0] + (edge.axis == 0), s[1] + (edge.axis == 1),
-                                             s[2] + (edge.axis == 2)));
+        double to = fabs(test_field_distance(field, s[0] + (edge.axis == 0),
+                                             s[1] + (edge.axis == 1), s[2] + (edge.axis == 2)));
         for (int a = 0; a < 3; ++a) {
             /* two samples on the iso-value: the whole edge is on the surface */
-            double low = a == edge.axis ? (from + to > 0 ? from / (from + to) : 0) : (double)(s[a] - cell[a]);
+            double low = a == edge.axis ? (from + to > 0 ? from / (from + to) : 0)
+                                        : (double)(s[a] - cell[a]);
             double high = a == edge.axis && from + to == 0 ? 1 : low;
             box.low[a] = fmin(box.low[a], low);
             box.high[a] = fmax(box.high[a], high);
@@ -51,8 +52,8 @@ static bool *point_signs(const test_field *field, const int64_t cell[3], int n) 
                 *next++ = test_trilinear(corners, local, NULL) >= 0;
             }
     for (int c = 0; c < 8; ++c)
-        signs[n * ((c & 1) + (n + 1) * ((c >> 1 & 1) + (n + 1) * (c >> 2)))] = test_field_above(
-            field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
+        signs[n * ((c & 1) + (n + 1) * ((c >> 1 & 1) + (n + 1) * (c >> 2)))] =
+            test_field_above(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
     return signs;
 }
 
@@ -70,10 +71,10 @@ static bool mixed(const bool *signs, int n, int x, int y, int z, int dx, int dy,
 static void join_across(int *component, const bool *signs, int n, int x, int y, int z, int axis) {
     int to[3] = {x, y, z};
     to[axis] += 1;
-    if (to[axis] == n ||
-        !mixed(signs, n, to[0], to[1], to[2], axis != 0, axis != 1, axis != 2))
+    if (to[axis] == n || !mixed(signs, n, to[0], to[1], to[2], axis != 0, axis != 1, axis != 2))
         return;
-    int a = find(component, x + n * (y + n * z)), b = find(component, to[0] + n * (to[1] + n * to[2]));
+    int a = find(component, x + n * (y + n * z)),
+        b = find(component, to[0] + n * (to[1] + n * to[2]));
     component[a > b ? a : b] = a > b ? b : a;
 }
 
@@ -112,7 +113,8 @@ static void find_roots(test_branches *branches, const bool *signs, const int64_t
 test_branches test_branches_make(const test_field *field, const int64_t cell[3],
                                  const uint16_t polygons[4], int polygon_count, int boxes) {
     const int n = boxes;
-    test_branches branches = {n, test_alloc((size_t)(n * n * n), sizeof(int)), {-1, -1, -1, -1}, false};
+    test_branches branches = {
+        n, test_alloc((size_t)(n * n * n), sizeof(int)), {-1, -1, -1, -1}, false};
     bool *signs = point_signs(field, cell, n);
     for (int b = 0; b < n * n * n; ++b)
         branches.component[b] = mixed(signs, n, b % n, b / n % n, b / n / n, 1, 1, 1) ? b : -1;

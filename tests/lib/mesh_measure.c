@@ -159,7 +159,7 @@ bool test_mesh_is_finite(const qn_mesh *mesh) {
 
 /* min over the corners of 2 A / (l^2 + l'^2), A the parallelogram of the corner's two sides. */
 static double quad_quality(const qn_mesh_view *view, const uint32_t quad[4]) {
-    double least = INFINITY;
+    double least = HUGE_VAL;
     for (int k = 0; k < 4; ++k) {
         double next[3], previous[3], normal[3];
         subtract(view->positions + 3 * (int64_t)quad[(k + 1) % 4],

@@ -6,16 +6,16 @@
 #include "lib/support.h"
 
 typedef struct test_edges {
-    int64_t unbalanced;   /* undirected edges that are not used as often one way as the other */
-    int64_t once;         /* of these, edges with one face: boundary */
+    int64_t unbalanced;    /* undirected edges that are not used as often one way as the other */
+    int64_t once;          /* of these, edges with one face: boundary */
     int64_t more_than_two; /* edges of more than two faces */
-    int64_t count;        /* undirected edges */
+    int64_t count;         /* undirected edges */
 } test_edges;
 
 /* Edges of all quads and triangles, by sorting. */
 test_edges test_mesh_edges(const qn_mesh *mesh);
-/* Unbalanced edges with an end strictly within the box: cracks, when the box leaves out the border's
- * cells. */
+/* Unbalanced edges with an end strictly within the box: cracks, when the box leaves out the
+ * border's cells. */
 int64_t test_mesh_cracks(const qn_mesh *mesh, const double low[3], const double high[3]);
 /* Area of the faces and signed volume, quads as two triangles from their first corner. */
 void test_mesh_area_volume(const qn_mesh *mesh, double *area, double *volume);

@@ -6,8 +6,8 @@
 
 const char *test_kind_name(test_kind kind) {
     static const char *const names[TEST_KIND_COUNT] = {
-        "gaussian", "heavy-tailed",   "small-integers", "checkerboard",
-        "smoothed", "binary", "thousand", "symmetric", "near-ties", "sparse"};
+        "gaussian", "heavy-tailed", "small-integers", "checkerboard", "smoothed",
+        "binary",   "thousand",     "symmetric",      "near-ties",    "sparse"};
     return names[kind];
 }
 
@@ -81,8 +81,9 @@ test_field test_random_field(test_random *random, test_kind kind, int64_t larges
     int64_t n[3];
     for (int a = 0; a < 3; ++a) /* mostly small, so that borders count; 1 sample thick too */
         n[a] = test_random_range(random, 0, 19) == 0 ? 1
-               : test_random_range(random, 0, 2) == 0 ? test_random_range(random, 2, largest)
-                                                      : test_random_range(random, 2, (largest + 3) / 2);
+               : test_random_range(random, 0, 2) == 0
+                   ? test_random_range(random, 2, largest)
+                   : test_random_range(random, 2, (largest + 3) / 2);
     test_field field = test_field_make(n[0], n[1], n[2]);
     test_random_fill(&field, random, kind);
     field.inside = test_random_bits(random) & 1 ? QN_INSIDE_ABOVE : QN_INSIDE_BELOW;

@@ -116,13 +116,16 @@ static int face_edge_index(test_face face, test_edge edge) {
     return -1;
 }
 
-/* Four crossings: a segment cuts off one corner. Corners 0 and 3 are cut off when they are not joined. */
+/* Four crossings: a segment cuts off one corner. Corners 0 and 3 are cut off when they are not
+ * joined. */
 static int partner_of_four(const test_field *field, test_face face, int e) {
     int64_t s[3];
     face_corner(face, 0, s);
     bool joined_03 = above(field, s) == (test_face_decide(field, face, NULL) == TEST_FACE_POSITIVE);
-    static const int cut_03[4] = {2, 3, 0, 1}; /* round corner 0: edges 0, 2; round corner 3: 1, 3 */
-    static const int cut_12[4] = {3, 2, 1, 0}; /* round corner 1: edges 0, 3; round corner 2: 1, 2 */
+    static const int cut_03[4] = {2, 3, 0,
+                                  1}; /* round corner 0: edges 0, 2; round corner 3: 1, 3 */
+    static const int cut_12[4] = {3, 2, 1,
+                                  0}; /* round corner 1: edges 0, 3; round corner 2: 1, 2 */
     return joined_03 ? cut_12[e] : cut_03[e];
 }
 
@@ -165,8 +168,9 @@ static uint16_t walk_polygon(const test_field *field, const int64_t cell[3], int
         polygon = (uint16_t)(polygon | 1 << edge);
         edge_faces(edge, faces);
         for (int f = 0; f < 2; ++f)
-            stack[depth++] = test_local_edge(
-                cell, test_face_partner(field, cell_face(cell, faces[f]), test_cell_edge(cell, edge)));
+            stack[depth++] =
+                test_local_edge(cell, test_face_partner(field, cell_face(cell, faces[f]),
+                                                        test_cell_edge(cell, edge)));
     }
     return polygon;
 }
@@ -189,8 +193,8 @@ int test_cell_polygons(const test_field *field, const int64_t cell[3], uint16_t 
 static bool cell_active(const test_field *field, const int64_t cell[3]) {
     bool first = above(field, cell);
     for (int c = 1; c < 8; ++c)
-        if (test_field_above(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2)) !=
-            first)
+        if (test_field_above(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1),
+                             cell[2] + (c >> 2)) != first)
             return true;
     return false;
 }
@@ -207,7 +211,8 @@ static void add_polygon(test_reference *reference, int64_t *capacity, const int6
     reference->polygons[reference->polygon_count++] = polygon;
 }
 
-/* An edge is counted with the cell that starts at its sample. (Those at the high ends are not inner.) */
+/* An edge is counted with the cell that starts at its sample. (Those at the high ends are not
+ * inner.) */
 static void count_edges(const test_field *field, const int64_t cell[3], test_reference *reference) {
     for (int a = 0; a < 3; ++a) {
         test_edge edge = test_cell_edge(cell, 4 * a);
@@ -222,7 +227,8 @@ static void count_faces(const test_field *field, const int64_t cell[3], test_ref
         const bool first = cell[a] == test_field_first_cell(field);
         const bool last = cell[a] == test_field_end_cell(field, a) - 1;
         bool tied;
-        if ((f & 1 && !last) || test_face_decide(field, cell_face(cell, f), &tied) == TEST_FACE_PLAIN)
+        if ((f & 1 && !last) ||
+            test_face_decide(field, cell_face(cell, f), &tied) == TEST_FACE_PLAIN)
             continue;
         reference->ambiguous_faces += 1;
         reference->tied_faces += tied;

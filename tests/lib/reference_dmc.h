@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* A second, slow and plain dual marching cubes, written from the definition alone [DMC21 section 3]:
- * which polygons a cell has, which lattice edges carry a quad. It gives topology, no positions. */
+/* A second, slow and plain dual marching cubes, written from the definition alone [DMC21 section
+ * 3]: which polygons a cell has, which lattice edges carry a quad. It gives topology, no positions.
+ */
 #ifndef TEST_REFERENCE_DMC_H
 #define TEST_REFERENCE_DMC_H
 
@@ -12,8 +13,8 @@ typedef struct test_edge {
     int axis;
 } test_edge;
 
-/* Edges of a cell: local edge 4 axis + s + 2 t, where s and t tell whether the edge lies at the high
- * end of axis + 1 and axis + 2 (cyclic). */
+/* Edges of a cell: local edge 4 axis + s + 2 t, where s and t tell whether the edge lies at the
+ * high end of axis + 1 and axis + 2 (cyclic). */
 enum { TEST_CELL_EDGES = 12 };
 test_edge test_cell_edge(const int64_t cell[3], int local_edge);
 int test_local_edge(const int64_t cell[3], test_edge edge);
@@ -28,12 +29,13 @@ typedef struct test_face {
 } test_face;
 
 typedef enum test_face_state {
-    TEST_FACE_PLAIN,     /* no crossing, or two */
-    TEST_FACE_POSITIVE,  /* four crossings, the corners above are joined */
-    TEST_FACE_NEGATIVE   /* four crossings, the corners below are joined */
+    TEST_FACE_PLAIN,    /* no crossing, or two */
+    TEST_FACE_POSITIVE, /* four crossings, the corners above are joined */
+    TEST_FACE_NEGATIVE  /* four crossings, the corners below are joined */
 } test_face_state;
 
-/* The asymptotic decider in exact arithmetic; *tied_out (or NULL) when both pairings are equally right. */
+/* The asymptotic decider in exact arithmetic; *tied_out (or NULL) when both pairings are equally
+ * right. */
 test_face_state test_face_decide(const test_field *field, test_face face, bool *tied_out);
 /* The other end of the face's segment that starts at a crossed edge of the face. */
 test_edge test_face_partner(const test_field *field, test_face face, test_edge edge);
@@ -49,12 +51,12 @@ typedef struct test_polygon {
     uint16_t edges;
 } test_polygon;
 
-/* Everything the surfacer must find. Polygons come in the documented order of cells: leaf, then cell
- * in the leaf; the order within a cell means nothing. */
+/* Everything the surfacer must find. Polygons come in the documented order of cells: leaf, then
+ * cell in the leaf; the order within a cell means nothing. */
 typedef struct test_reference {
     test_polygon *polygons;
     int64_t polygon_count;
-    int64_t quad_count;           /* inner crossed edges */
+    int64_t quad_count; /* inner crossed edges */
     int64_t cell_count, active_cells, active_leaves, multiple_cells;
     int64_t ambiguous_faces, tied_faces; /* each lattice face counted once */
     int64_t ambiguous_inner_faces;       /* those with a cell on both sides */

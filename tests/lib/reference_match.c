@@ -19,7 +19,8 @@ static const test_polygon *polygon_of(const matcher *m, uint32_t vertex) {
 static int64_t edge_slot(const test_field *field, test_edge edge) {
     const int64_t *n = field->size; /* samples -1 .. n */
     return 3 * ((edge.sample[0] + 1) +
-                (n[0] + 2) * ((edge.sample[1] + 1) + (n[1] + 2) * (edge.sample[2] + 1))) + edge.axis;
+                (n[0] + 2) * ((edge.sample[1] + 1) + (n[1] + 2) * (edge.sample[2] + 1))) +
+           edge.axis;
 }
 
 static double determinant(const double m[4][4]) {
@@ -38,7 +39,8 @@ static void cells_round(test_edge edge, int64_t cells[4][3]) {
     }
 }
 
-/* The edge that four cells may share: the axis on which they agree, the largest index on the others. */
+/* The edge that four cells may share: the axis on which they agree, the largest index on the
+ * others. */
 static bool shared_edge(const matcher *m, const uint32_t quad[4], test_edge *edge) {
     int axes = 0;
     memcpy(edge->sample, polygon_of(m, quad[0])->cell, sizeof edge->sample);
@@ -83,11 +85,12 @@ static void match_quad(matcher *m, int64_t q) {
                      (long long)m->mesh.vertex_count);
     if (!shared_edge(m, quad, &edge) || !test_edge_is_inner(m->field, edge) ||
         !test_edge_crossed(m->field, edge) || !winds_round(m, quad, edge))
-        fail_msg("%s: quad %lld (%u %u %u %u) does not wind outward round a crossed edge; its first "
-                 "cell is %lld %lld %lld", m->field->name, (long long)q, quad[0], quad[1], quad[2],
-                 quad[3], (long long)polygon_of(m, quad[0])->cell[0],
-                 (long long)polygon_of(m, quad[0])->cell[1],
-                 (long long)polygon_of(m, quad[0])->cell[2]);
+        fail_msg(
+            "%s: quad %lld (%u %u %u %u) does not wind outward round a crossed edge; its first "
+            "cell is %lld %lld %lld",
+            m->field->name, (long long)q, quad[0], quad[1], quad[2], quad[3],
+            (long long)polygon_of(m, quad[0])->cell[0], (long long)polygon_of(m, quad[0])->cell[1],
+            (long long)polygon_of(m, quad[0])->cell[2]);
     int64_t *slot = &m->edge_quad[edge_slot(m->field, edge)];
     if (*slot)
         fail_msg("%s: quads %lld and %lld lie round the same edge", m->field->name,
@@ -112,20 +115,22 @@ static uint16_t inner_edges(const test_field *field, const test_polygon *polygon
     return inner;
 }
 
-/* Gives each vertex of a cell its polygon: the one whose inner edges are those of the vertex's quads. */
+/* Gives each vertex of a cell its polygon: the one whose inner edges are those of the vertex's
+ * quads. */
 static void match_cell(matcher *m, int64_t first, int64_t end) {
     bool taken[4] = {false, false, false, false};
     for (int64_t v = first; v < end; ++v) {
         int64_t p = first;
-        while (p < end && (taken[p - first] || inner_edges(m->field, &m->reference->polygons[p]) !=
-                                                   m->seen[v]))
+        while (p < end && (taken[p - first] ||
+                           inner_edges(m->field, &m->reference->polygons[p]) != m->seen[v]))
             ++p;
         if (p == end)
-            fail_msg("%s: vertex %lld of cell %lld %lld %lld joins edges %03x, which are no polygon "
-                     "of it", m->field->name, (long long)v,
-                     (long long)m->reference->polygons[v].cell[0],
-                     (long long)m->reference->polygons[v].cell[1],
-                     (long long)m->reference->polygons[v].cell[2], m->seen[v]);
+            fail_msg(
+                "%s: vertex %lld of cell %lld %lld %lld joins edges %03x, which are no polygon "
+                "of it",
+                m->field->name, (long long)v, (long long)m->reference->polygons[v].cell[0],
+                (long long)m->reference->polygons[v].cell[1],
+                (long long)m->reference->polygons[v].cell[2], m->seen[v]);
         taken[p - first] = true;
         m->match.vertex_polygon[v] = p;
     }
@@ -142,7 +147,8 @@ static test_face face_between(const test_polygon *a, const test_polygon *b) {
     return face;
 }
 
-/* Side k of a quad is one end of a face segment; the quad at the other end must run along it backward. */
+/* Side k of a quad is one end of a face segment; the quad at the other end must run along it
+ * backward. */
 static void match_side(matcher *m, int64_t q, int k) {
     uint32_t from = m->mesh.quads[4 * q + k], to = m->mesh.quads[4 * q + (k + 1) % 4];
     test_face face = face_between(polygon_of(m, from), polygon_of(m, to));
@@ -166,7 +172,8 @@ test_match test_match_mesh(const test_field *field, const test_reference *refere
     memset(&m, 0, sizeof m);
     m.field = field, m.reference = reference, m.mesh = qn_mesh_get_view(mesh);
     m.mirrored = determinant(field->matrix) < 0;
-    if (m.mesh.vertex_count != reference->polygon_count || m.mesh.quad_count != reference->quad_count)
+    if (m.mesh.vertex_count != reference->polygon_count ||
+        m.mesh.quad_count != reference->quad_count)
         fail_msg("%s: %lld vertices and %lld quads, the reference has %lld and %lld", field->name,
                  (long long)m.mesh.vertex_count, (long long)m.mesh.quad_count,
                  (long long)reference->polygon_count, (long long)reference->quad_count);
@@ -174,12 +181,13 @@ test_match test_match_mesh(const test_field *field, const test_reference *refere
     m.match.vertex_polygon = test_alloc((size_t)vertices, sizeof *m.match.vertex_polygon);
     m.match.quad_edge = test_alloc((size_t)m.mesh.quad_count, sizeof *m.match.quad_edge);
     m.seen = test_alloc((size_t)vertices, sizeof *m.seen);
-    m.edge_quad = test_alloc((size_t)(3 * (n[0] + 2) * (n[1] + 2) * (n[2] + 2)), sizeof *m.edge_quad);
+    m.edge_quad =
+        test_alloc((size_t)(3 * (n[0] + 2) * (n[1] + 2) * (n[2] + 2)), sizeof *m.edge_quad);
     for (int64_t q = 0; q < m.mesh.quad_count; ++q)
         match_quad(&m, q);
     for (int64_t first = 0, end; first < vertices; first = end) {
-        for (end = first + 1; end < vertices && same_cell(&reference->polygons[first],
-                                                          &reference->polygons[end]);)
+        for (end = first + 1;
+             end < vertices && same_cell(&reference->polygons[first], &reference->polygons[end]);)
             ++end;
         match_cell(&m, first, end);
     }

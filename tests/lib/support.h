@@ -21,8 +21,8 @@ typedef struct test_random {
 } test_random;
 
 uint64_t test_random_bits(test_random *random);
-double test_random_unit(test_random *random);                             /* [0, 1) */
-double test_random_gaussian(test_random *random);                         /* mean 0, deviation 1 */
+double test_random_unit(test_random *random);                              /* [0, 1) */
+double test_random_gaussian(test_random *random);                          /* mean 0, deviation 1 */
 int64_t test_random_range(test_random *random, int64_t low, int64_t high); /* both ends included */
 
 /* The seed from QUOIN_SEED, else a fixed one; printed so that a failure can be replayed. */

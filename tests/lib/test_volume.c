@@ -40,7 +40,7 @@ static void invert(const double m[4][4], double inverse[3][4]) {
 
 void test_field_prepare(test_field *field) {
     invert(field->matrix, field->inverse);
-    field->minimum = INFINITY, field->maximum = -INFINITY, field->largest_distance = 0;
+    field->minimum = HUGE_VAL, field->maximum = -HUGE_VAL, field->largest_distance = 0;
     const int64_t count = field->size[0] * field->size[1] * field->size[2];
     for (int64_t i = 0; i < count; ++i) {
         double value = field->values[i];
@@ -60,7 +60,8 @@ void test_field_random_matrix(test_field *field, test_random *random) {
             for (int c = 0; c < 4; ++c)
                 field->matrix[r][c] = test_random_gaussian(random) * (c == 3 ? 20 : 1);
     while (invert(field->matrix, field->inverse),
-           fabs(field->inverse[0][0]) + fabs(field->inverse[1][1]) + fabs(field->inverse[2][2]) > 6);
+           fabs(field->inverse[0][0]) + fabs(field->inverse[1][1]) + fabs(field->inverse[2][2]) >
+               6);
 }
 
 static int64_t clamp_index(int64_t i, int64_t size) {
@@ -78,9 +79,9 @@ static double outside_distance(const test_field *field, double distance) {
 
 double test_field_distance(const test_field *field, int64_t i, int64_t j, int64_t k) {
     if (is_virtual(field, i, j, k))
-        return outside_distance(
-            field, test_field_distance(field, clamp_index(i, field->size[0]),
-                                       clamp_index(j, field->size[1]), clamp_index(k, field->size[2])));
+        return outside_distance(field, test_field_distance(field, clamp_index(i, field->size[0]),
+                                                           clamp_index(j, field->size[1]),
+                                                           clamp_index(k, field->size[2])));
     double value = field->values[i + field->size[0] * (j + field->size[1] * k)];
     if (isnan(value))
         return outside_distance(field, field->largest_distance);
@@ -123,7 +124,8 @@ qn_surface_options test_field_options(const test_field *field) {
     return options;
 }
 
-qn_mesh *test_field_surface(qn_context *context, const test_field *field, qn_surface_report *report) {
+qn_mesh *test_field_surface(qn_context *context, const test_field *field,
+                            qn_surface_report *report) {
     qn_volume *volume = test_field_volume(context, field);
     qn_surface_options options = test_field_options(field);
     qn_mesh *mesh;

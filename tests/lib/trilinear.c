@@ -37,7 +37,8 @@ void test_to_world(const test_field *field, const double index[3], double world[
 
 void test_to_index(const test_field *field, const float world[3], double index[3]) {
     for (int r = 0; r < 3; ++r)
-        index[r] = field->inverse[r][0] * (double)world[0] + field->inverse[r][1] * (double)world[1] +
+        index[r] = field->inverse[r][0] * (double)world[0] +
+                   field->inverse[r][1] * (double)world[1] +
                    field->inverse[r][2] * (double)world[2] + field->inverse[r][3];
 }
 
@@ -62,7 +63,8 @@ void test_rounding(const test_field *field, const float world[3], double roundin
     }
 }
 
-test_standing test_vertex_standing(const test_field *field, const int64_t cell[3], const float world[3]) {
+test_standing test_vertex_standing(const test_field *field, const int64_t cell[3],
+                                   const float world[3]) {
     double corners[8], index[3], local[3], rounding[3], gradient[3];
     test_cell_corners(field, cell, corners);
     test_to_index(field, world, index);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The trilinear interpolant of a field, its gradient, and how far a rounded vertex may stand off it. */
+/* The trilinear interpolant of a field, its gradient, and how far a rounded vertex may stand off
+ * it. */
 #ifndef TEST_TRILINEAR_H
 #define TEST_TRILINEAR_H
 
@@ -21,9 +22,11 @@ void test_rounding(const test_field *field, const float world[3], double roundin
 typedef struct test_standing {
     double deviation; /* |value - iso| at the vertex */
     double allowance; /* what rounding the coordinates to float can do to it */
-    double outside;   /* how far it lies outside of the cell, beyond rounding; index units, 0 inside */
+    double
+        outside; /* how far it lies outside of the cell, beyond rounding; index units, 0 inside */
 } test_standing;
 
-test_standing test_vertex_standing(const test_field *field, const int64_t cell[3], const float world[3]);
+test_standing test_vertex_standing(const test_field *field, const int64_t cell[3],
+                                   const float world[3]);
 
 #endif

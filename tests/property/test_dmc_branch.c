@@ -27,10 +27,11 @@ static void check_standing(const test_field *field, const test_polygon *polygon,
                  (long long)vertex, standing.outside, (long long)polygon->cell[0],
                  (long long)polygon->cell[1], (long long)polygon->cell[2]);
     if (!(standing.deviation <= 1e-6 * range + standing.allowance))
-        fail_msg("%s: vertex %lld of cell %lld %lld %lld is %g off the iso-value, range %g, rounding %g",
-                 field->name, (long long)vertex, (long long)polygon->cell[0],
-                 (long long)polygon->cell[1], (long long)polygon->cell[2], standing.deviation, range,
-                 standing.allowance);
+        fail_msg(
+            "%s: vertex %lld of cell %lld %lld %lld is %g off the iso-value, range %g, rounding %g",
+            field->name, (long long)vertex, (long long)polygon->cell[0],
+            (long long)polygon->cell[1], (long long)polygon->cell[2], standing.deviation, range,
+            standing.allowance);
     if (range > 0) {
         tally->largest_deviation = fmax(tally->largest_deviation, standing.deviation / range);
         tally->largest_excess =
@@ -58,21 +59,22 @@ static void check_branch(const test_field *field, const int64_t cell[3], const u
     if (!branches.joined) {
         unsigned mask = test_branches_at(&branches, count, local, reach);
         tally->branch_checks += 1;
-        tally->unseen += mask == 0; /* the surface bulges into a box without changing a corner's sign */
+        tally->unseen +=
+            mask == 0; /* the surface bulges into a box without changing a corner's sign */
         if (mask != 0 && !(mask >> own & 1))
             fail_msg("%s: the vertex of polygon %d (edges %03x) of cell %lld %lld %lld lies on the "
-                     "branch of polygons %x, at %.9g %.9g %.9g", field->name, own, polygons[own],
-                     (long long)cell[0], (long long)cell[1], (long long)cell[2], mask, local[0],
-                     local[1], local[2]);
+                     "branch of polygons %x, at %.9g %.9g %.9g",
+                     field->name, own, polygons[own], (long long)cell[0], (long long)cell[1],
+                     (long long)cell[2], mask, local[0], local[1], local[2]);
     }
     test_branches_free(&branches);
 }
 
-/* A vertex lies in the box of its polygon, since the branch does; when it lies in the box of another
- * polygon of the cell too, brute force tells. */
+/* A vertex lies in the box of its polygon, since the branch does; when it lies in the box of
+ * another polygon of the cell too, brute force tells. */
 static void check_branches(const test_field *field, const test_reference *reference,
-                           const test_match *match, const float *positions, int64_t first, int64_t end,
-                           branch_tally *tally) {
+                           const test_match *match, const float *positions, int64_t first,
+                           int64_t end, branch_tally *tally) {
     const int count = (int)(end - first);
     const int64_t *cell = reference->polygons[first].cell;
     uint16_t polygons[4];
@@ -87,10 +89,11 @@ static void check_branches(const test_field *field, const test_reference *refere
         bool elsewhere = false;
         local_place(field, cell, positions + 3 * v, local, reach);
         if (!test_box_holds(&boxes[own], local, reach))
-            fail_msg("%s: the vertex of polygon %d (edges %03x) of cell %lld %lld %lld lies outside of "
-                     "the polygon's box, at %.9g %.9g %.9g", field->name, own, polygons[own],
-                     (long long)cell[0], (long long)cell[1], (long long)cell[2], local[0], local[1],
-                     local[2]);
+            fail_msg(
+                "%s: the vertex of polygon %d (edges %03x) of cell %lld %lld %lld lies outside of "
+                "the polygon's box, at %.9g %.9g %.9g",
+                field->name, own, polygons[own], (long long)cell[0], (long long)cell[1],
+                (long long)cell[2], local[0], local[1], local[2]);
         for (int p = 0; p < count; ++p)
             elsewhere |= p != own && test_box_holds(&boxes[p], local, reach);
         tally->shared += count > 1;
@@ -131,18 +134,19 @@ static void check_field(qn_context *context, const test_field *field, branch_tal
 
 static void print_tally(const char *name, const branch_tally *tally) {
     printf("%-15s %8lld vertices: deviation %.2g of the range (%.2g beyond rounding); %lld "
-           "share a cell, %lld told by force, %lld joined, %lld unseen; %lld slices, %lld degenerate, %lld fallbacks\n",
+           "share a cell, %lld told by force, %lld joined, %lld unseen; %lld slices, %lld "
+           "degenerate, %lld fallbacks\n",
            name, (long long)tally->vertices, tally->largest_deviation, tally->largest_excess,
-           (long long)tally->shared, (long long)tally->branch_checks, (long long)tally->joined, (long long)tally->unseen,
-           (long long)tally->slice_points, (long long)tally->degenerate_points,
-           (long long)tally->fallback_points);
+           (long long)tally->shared, (long long)tally->branch_checks, (long long)tally->joined,
+           (long long)tally->unseen, (long long)tally->slice_points,
+           (long long)tally->degenerate_points, (long long)tally->fallback_points);
 }
 
 static void vertices_of_random_volumes_lie_on_their_branch(void **state) {
     (void)state;
     uint64_t seed = test_seed();
     qn_context *context = test_context(2);
-    const int64_t count = test_count(16, 250);
+    const int64_t count = test_count(16, 100);
     for (int kind = 0; kind < TEST_KIND_COUNT; ++kind) {
         branch_tally tally = {0};
         for (int64_t i = 0; i < count; ++i) {
@@ -152,7 +156,7 @@ static void vertices_of_random_volumes_lie_on_their_branch(void **state) {
             test_field_free(&field);
         }
         print_tally(test_kind_name((test_kind)kind), &tally);
-        assert_true(tally.vertices > 1000 && tally.unseen * 20 <= tally.branch_checks);
+        assert_true(tally.vertices > 100 && tally.unseen * 20 <= tally.branch_checks);
     }
     test_context_end(context);
 }
@@ -164,7 +168,7 @@ static void vertices_of_single_cells_lie_on_their_branch(void **state) {
     qn_context *context = test_context(1);
     test_field field = test_field_make(2, 2, 2);
     branch_tally tally = {0};
-    for (int64_t i = 0; i < test_count(9000, 300000); ++i) {
+    for (int64_t i = 0; i < test_count(9000, 60000); ++i) {
         static const int patterns[] = {0x69, 0x96, 0x81, 0x18, 0x42, 0x24, 0x41, 0x14, 0x9f, 0x61};
         test_random_fill(&field, &random, (test_kind)(i % TEST_KIND_COUNT));
         for (int c = 0; c < 8; ++c) {

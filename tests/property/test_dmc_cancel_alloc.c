@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The n-th allocation fails, for every n; the n-th progress call cancels, for every n: the right status,
- * no mesh, no memory kept. And samples that are no numbers: counted, closed, finite. */
+/* The n-th allocation fails, for every n; the n-th progress call cancels, for every n: the right
+ * status, no mesh, no memory kept. And samples that are no numbers: counted, closed, finite. */
 #include "lib/mesh_measure.h"
 #include "lib/random_volume.h"
 #include "lib/reference_match.h"
@@ -10,7 +10,7 @@
 
 typedef struct trouble {
     _Atomic int64_t allocations, releases;
-    int64_t failing;       /* the allocation that fails, from 1; 0: none */
+    int64_t failing; /* the allocation that fails, from 1; 0: none */
     int64_t progress_calls, cancelling;
     bool fraction_is_bad;
 } trouble;
@@ -21,7 +21,9 @@ static void *alloc_or_fail(void *user, size_t size, size_t alignment) {
         return NULL;
     void *memory = NULL;
     return posix_memalign(&memory, alignment < sizeof memory ? sizeof memory : alignment,
-                          size ? size : 1) == 0 ? memory : NULL;
+                          size ? size : 1) == 0
+               ? memory
+               : NULL;
 }
 
 static void count_free(void *user, void *pointer, size_t size) {
@@ -132,17 +134,19 @@ static void cancelling_leaves_nothing(void **state) {
     }
 }
 
-/* ---- samples that are no numbers -------------------------------------------------------------- */
+/* ---- samples that are no numbers --------------------------------------------------------------
+ */
 
-static void check_strange(qn_context *context, test_field *field, test_random *random, int64_t *odd) {
+static void check_strange(qn_context *context, test_field *field, test_random *random,
+                          int64_t *odd) {
     const int64_t count = field->size[0] * field->size[1] * field->size[2];
     int64_t nans = 0, infinities = 0;
     for (int64_t i = 0; i < count; ++i) {
         int64_t dice = test_random_range(random, 0, 11);
         if (dice < 2)
-            field->values[i] = NAN, nans += 1;
+            field->values[i] = (double)NAN, nans += 1;
         else if (dice < 4)
-            field->values[i] = dice == 2 ? INFINITY : -INFINITY, infinities += 1;
+            field->values[i] = dice == 2 ? HUGE_VAL : -HUGE_VAL, infinities += 1;
     }
     test_field_prepare(field);
     qn_surface_report report;
@@ -181,9 +185,9 @@ static void strange_samples_are_counted_and_closed(void **state) {
 /* Nothing finite at all, and values near the end of what doubles hold. */
 static void extremes_stay_finite(void **state) {
     (void)state;
-    static const double extremes[][2] = {{INFINITY, -INFINITY}, {NAN, INFINITY}, {1e308, -1e308},
-                                         {1.5e308, -1.7e308}, {0x1p-1074, -0x1p-1074},
-                                         {1e300, -1e-300}, {INFINITY, -1e-320}};
+    static const double extremes[][2] = {
+        {HUGE_VAL, -HUGE_VAL},   {(double)NAN, HUGE_VAL}, {1e308, -1e308},    {1.5e308, -1.7e308},
+        {0x1p-1074, -0x1p-1074}, {1e300, -1e-300},        {HUGE_VAL, -1e-320}};
     test_random random = {test_seed()};
     qn_context *context = test_context(1);
     for (size_t e = 0; e < sizeof extremes / sizeof extremes[0]; ++e)

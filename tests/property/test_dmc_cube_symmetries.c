@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* A volume turned or mirrored in all 48 ways, its matrix turned back, gives the same solid: the same
- * counts, connectivity by the reference, and the same area and volume up to the places of the vertices
- * on their branches; never a mesh turned inside out. */
+/* A volume turned or mirrored in all 48 ways, its matrix turned back, gives the same solid: the
+ * same counts, connectivity by the reference, and the same area and volume up to the places of the
+ * vertices on their branches; never a mesh turned inside out. */
 #include "lib/analytic.h"
 #include "lib/mesh_measure.h"
 #include "lib/random_volume.h"
@@ -11,8 +11,8 @@
 
 /* Index axis a of the turned field runs along axis order[a] of the first, backward when flipped. */
 static test_field turned(const test_field *field, const int order[3], int flips) {
-    test_field other = test_field_make(field->size[order[0]], field->size[order[1]],
-                                       field->size[order[2]]);
+    test_field other =
+        test_field_make(field->size[order[0]], field->size[order[1]], field->size[order[2]]);
     other.iso = field->iso, other.inside = field->inside, other.open = field->open;
     snprintf(other.name, sizeof other.name, "%.30s axes %d%d%d flips %d", field->name, order[0],
              order[1], order[2], flips);
@@ -23,7 +23,8 @@ static test_field turned(const test_field *field, const int order[3], int flips)
             for (place[0] = 0; place[0] < other.size[0]; ++place[0]) {
                 int64_t at = 0;
                 for (int a = 0; a < 3; ++a)
-                    at += step[order[a]] * (flips >> a & 1 ? other.size[a] - 1 - place[a] : place[a]);
+                    at +=
+                        step[order[a]] * (flips >> a & 1 ? other.size[a] - 1 - place[a] : place[a]);
                 *next++ = field->values[at];
             }
     memcpy(other.matrix, field->matrix, sizeof other.matrix);
@@ -48,7 +49,8 @@ static figures figures_of(qn_context *context, const test_field *field) {
     qn_mesh *mesh = test_field_surface(context, field, &report);
     test_reference reference = test_reference_make(field);
     test_match match = test_match_mesh(field, &reference, mesh);
-    figures result = {report.vertices, report.quads, report.ambiguous_faces, report.tied_faces, 0, 0};
+    figures result = {
+        report.vertices, report.quads, report.ambiguous_faces, report.tied_faces, 0, 0};
     test_mesh_area_volume(mesh, &result.area, &result.volume);
     test_match_free(&match);
     test_reference_free(&reference);
@@ -59,7 +61,8 @@ static figures figures_of(qn_context *context, const test_field *field) {
 /* How much the choice of points on the branches may move area and volume depends on the data. */
 static void check_field(qn_context *context, const test_field *field, double tolerance,
                         double *largest) {
-    static const int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+    static const int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                     {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     figures first = figures_of(context, field);
     assert_true(first.volume > 0);
     for (int way = 0; way < 48; ++way) {
@@ -71,7 +74,8 @@ static void check_field(qn_context *context, const test_field *field, double tol
             now.ambiguous != first.ambiguous || now.tied != first.tied || !(now.volume > 0) ||
             !(area <= tolerance) || !(volume <= tolerance))
             fail_msg("%s: %lld vertices, %lld quads, area %.9g, volume %.9g; unturned %lld, %lld, "
-                     "%.9g, %.9g", other.name, (long long)now.vertices, (long long)now.quads, now.area,
+                     "%.9g, %.9g",
+                     other.name, (long long)now.vertices, (long long)now.quads, now.area,
                      now.volume, (long long)first.vertices, (long long)first.quads, first.area,
                      first.volume);
         test_field_free(&other);
@@ -106,9 +110,9 @@ static void all_48_ways_give_the_same_solid(void **state) {
     qn_context *context = test_context(2);
     double largest = 0;
     for (int64_t i = 0; i < test_count(8, 60); ++i) {
-        test_field field = test_field_make(test_random_range(&random, 4, 13),
-                                           test_random_range(&random, 4, 13),
-                                           test_random_range(&random, 4, 13));
+        test_field field =
+            test_field_make(test_random_range(&random, 4, 13), test_random_range(&random, 4, 13),
+                            test_random_range(&random, 4, 13));
         test_random_fill(&field, &random, kinds[i % 4]);
         field.inside = i & 4 ? QN_INSIDE_BELOW : QN_INSIDE_ABOVE;
         test_field_random_matrix(&field, &random);
@@ -123,7 +127,8 @@ static void all_48_ways_give_the_same_solid(void **state) {
 /* Ties: the counts and the solid's side stay, though a tied point may be found in another place. */
 static void ties_are_turned_alike(void **state) {
     (void)state;
-    static const test_kind kinds[] = {TEST_SMALL_INTEGERS, TEST_BINARY, TEST_SYMMETRIC, TEST_THOUSAND};
+    static const test_kind kinds[] = {TEST_SMALL_INTEGERS, TEST_BINARY, TEST_SYMMETRIC,
+                                      TEST_THOUSAND};
     test_random random = {test_seed()};
     qn_context *context = test_context(2);
     double largest = 0;

@@ -21,8 +21,8 @@ static int64_t check_field(qn_context *context, const test_field *field) {
     return faces;
 }
 
-/* Gives the samples the signs of a pattern, keeping their distance from the iso-value; a sample on it
- * counts as above. */
+/* Gives the samples the signs of a pattern, keeping their distance from the iso-value; a sample on
+ * it counts as above. */
 static void set_sign(test_field *field, int64_t at, bool above) {
     double d = field->values[at] - field->iso;
     if (d == 0 && !above)
@@ -61,7 +61,7 @@ static void all_pairs_of_cells_agree(void **state) {
 static void millions_of_adversarial_faces_agree(void **state) {
     (void)state;
     static const test_kind kinds[] = {TEST_SMALL_INTEGERS, TEST_SYMMETRIC, TEST_THOUSAND,
-                                      TEST_HEAVY_TAILED, TEST_GAUSSIAN,  TEST_NEAR_TIES};
+                                      TEST_HEAVY_TAILED,   TEST_GAUSSIAN,  TEST_NEAR_TIES};
     test_random random = {test_seed()};
     qn_context *context = test_context(2);
     int64_t faces = 0;
@@ -85,8 +85,10 @@ static void millions_of_adversarial_faces_agree(void **state) {
 /* Where products of doubles underflow or overflow, exactness ends; agreement must not. */
 static void faces_of_extreme_size_agree(void **state) {
     (void)state;
-    static const int exponents[] = {-1070, -1000, -540, -537, -530, -525, -515, -500, -450, 450, 500, 512, 1000, 1020};
-    static const test_kind kinds[] = {TEST_NEAR_TIES, TEST_SMALL_INTEGERS, TEST_GAUSSIAN, TEST_SYMMETRIC};
+    static const int exponents[] = {-1070, -1000, -540, -537, -530, -525, -515,
+                                    -500,  -450,  450,  500,  512,  1000, 1020};
+    static const test_kind kinds[] = {TEST_NEAR_TIES, TEST_SMALL_INTEGERS, TEST_GAUSSIAN,
+                                      TEST_SYMMETRIC};
     test_random random = {test_seed()};
     qn_context *context = test_context(1);
     for (size_t e = 0; e < sizeof exponents / sizeof exponents[0]; ++e)

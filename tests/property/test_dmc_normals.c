@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
-/* Normals have unit length and point out of the solid: of a ball in world space, sampled through any
- * matrix, sheared and mirrored ones too, for either side inside; and of noise, wherever they come from. */
+/* Normals have unit length and point out of the solid: of a ball in world space, sampled through
+ * any matrix, sheared and mirrored ones too, for either side inside; and of noise, wherever they
+ * come from. */
 #include "lib/mesh_measure.h"
 #include "lib/random_volume.h"
 #include "lib/trilinear.h"
 
 #include <math.h>
 
-/* The distance from a ball round the middle of the volume that just fits. Returns a lower bound of its
- * radius in cells, in whatever direction: a sheared ball is thin across the diagonal. */
+/* The distance from a ball round the middle of the volume that just fits. Returns a lower bound of
+ * its radius in cells, in whatever direction: a sheared ball is thin across the diagonal. */
 static double fill_ball(test_field *field, double centre[3]) {
     const double middle[3] = {(double)(field->size[0] - 1) / 2, (double)(field->size[1] - 1) / 2,
                               (double)(field->size[2] - 1) / 2};
-    double radius = INFINITY, stretch = 0;
+    double radius = HUGE_VAL, stretch = 0;
     test_to_world(field, middle, centre);
     for (int a = 0; a < 3; ++a) { /* an index grows at most so much a unit of length */
         const double *n = field->inverse[a];
@@ -46,8 +47,9 @@ static double outwardness(const float *place, const float *normal, const double 
 }
 
 static void check_length(const test_field *field, const float *normal) {
-    double length = sqrt((double)normal[0] * (double)normal[0] + (double)normal[1] * (double)normal[1] +
-                         (double)normal[2] * (double)normal[2]);
+    double length =
+        sqrt((double)normal[0] * (double)normal[0] + (double)normal[1] * (double)normal[1] +
+             (double)normal[2] * (double)normal[2]);
     if (!(fabs(length - 1) < 1e-5))
         fail_msg("%s: a normal of length %.9g", field->name, length);
 }
@@ -58,9 +60,9 @@ static void normals_of_balls_point_away(void **state) {
     qn_context *context = test_context(2);
     double least = 1;
     for (int64_t i = 0; i < test_count(40, 400); ++i) {
-        test_field field = test_field_make(test_random_range(&random, 24, 40),
-                                           test_random_range(&random, 24, 40),
-                                           test_random_range(&random, 24, 40));
+        test_field field =
+            test_field_make(test_random_range(&random, 24, 40), test_random_range(&random, 24, 40),
+                            test_random_range(&random, 24, 40));
         double centre[3];
         do {
             test_field_random_matrix(&field, &random);
@@ -79,11 +81,12 @@ static void normals_of_balls_point_away(void **state) {
         assert_true(sign * volume > 0);
         for (int64_t v = 0; v < view.vertex_count; ++v) {
             check_length(&field, view.normals + 3 * v);
-            double cosine = sign * outwardness(view.positions + 3 * v, view.normals + 3 * v, centre);
+            double cosine =
+                sign * outwardness(view.positions + 3 * v, view.normals + 3 * v, centre);
             least = fmin(least, cosine);
             if (!(cosine > 0.998))
-                fail_msg("%s: vertex %lld has a normal off by %.1f degrees", field.name, (long long)v,
-                         acos(cosine) * 180 / 3.14159265358979);
+                fail_msg("%s: vertex %lld has a normal off by %.1f degrees", field.name,
+                         (long long)v, acos(cosine) * 180 / 3.14159265358979);
         }
         qn_mesh_destroy(mesh);
         test_field_free(&field);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-/* What options may and may not change: several iso-values are each alone, a dry run reports what the real
- * one makes, the other side inside turns an open mesh over, triangles are the quads split, normals
- * do not touch the rest. */
+/* What options may and may not change: several iso-values are each alone, a dry run reports what
+ * the real one makes, the other side inside turns an open mesh over, triangles are the quads split,
+ * normals do not touch the rest. */
 #include "lib/mesh_measure.h"
 #include "lib/random_volume.h"
 
-static qn_mesh *surface(qn_context *context, const qn_volume *volume, const qn_surface_options *options,
-                        qn_surface_report *report) {
+static qn_mesh *surface(qn_context *context, const qn_volume *volume,
+                        const qn_surface_options *options, qn_surface_report *report) {
     qn_mesh *mesh;
     qn_error error;
     if (qn_surface(context, volume, options, &mesh, report, &error) != QN_OK)
@@ -104,7 +104,8 @@ static void triangles_and_normals_change_nothing_else(const test_field *field, q
         assert_memory_equal(bare_view.positions, view.positions,
                             (size_t)view.vertex_count * 3 * sizeof(float));
     if (view.quad_count > 0)
-        assert_memory_equal(bare_view.quads, view.quads, (size_t)view.quad_count * 4 * sizeof(uint32_t));
+        assert_memory_equal(bare_view.quads, view.quads,
+                            (size_t)view.quad_count * 4 * sizeof(uint32_t));
     int64_t quad_count = view.quad_count;
     assert_int_equal(qn_mesh_triangulate(context, quads, NULL), QN_OK);
     assert_int_equal(qn_mesh_get_view(split).triangle_count, 2 * quad_count);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* The surfacer has the connectivity of the reference on random volumes: vertices, quads, winding, each
- * interior face segment once in each direction; closed meshes close and have even Euler numbers. */
+/* The surfacer has the connectivity of the reference on random volumes: vertices, quads, winding,
+ * each interior face segment once in each direction; closed meshes close and have even Euler
+ * numbers. */
 #include "lib/mesh_measure.h"
 #include "lib/random_volume.h"
 #include "lib/reference_match.h"
@@ -10,9 +11,10 @@ static void check_closed(const test_field *field, const qn_mesh *mesh, const tes
     test_edges edges = test_mesh_edges(mesh);
     qn_mesh_view view = qn_mesh_get_view(mesh);
     if (edges.unbalanced != 0 || match->segments != 2 * view.quad_count)
-        fail_msg("%s: closed, but %lld edges are not balanced and %lld of %lld segments are interior",
-                 field->name, (long long)edges.unbalanced, (long long)match->segments,
-                 (long long)(2 * view.quad_count));
+        fail_msg(
+            "%s: closed, but %lld edges are not balanced and %lld of %lld segments are interior",
+            field->name, (long long)edges.unbalanced, (long long)match->segments,
+            (long long)(2 * view.quad_count));
     int64_t euler = view.vertex_count - match->segments + view.quad_count;
     if (euler % 2 != 0 || euler > 2 * test_mesh_pieces(mesh))
         fail_msg("%s: Euler characteristic %lld of %lld pieces", field->name, (long long)euler,
@@ -59,8 +61,8 @@ static void random_volumes_have_the_reference_s_connectivity(void **state) {
     test_context_end(context);
 }
 
-/* Many leaves along one axis, few along the others, most of them empty: neighbours that are missing, far
- * away, or at the end of another row. */
+/* Many leaves along one axis, few along the others, most of them empty: neighbours that are
+ * missing, far away, or at the end of another row. */
 static void long_and_sparse_volumes_have_the_reference_s_connectivity(void **state) {
     (void)state;
     static const test_kind kinds[] = {TEST_SPARSE, TEST_SPARSE, TEST_SMOOTHED_NOISE, TEST_GAUSSIAN};
@@ -71,7 +73,8 @@ static void long_and_sparse_volumes_have_the_reference_s_connectivity(void **sta
         test_random random = {seed + 77777 + (uint64_t)i};
         int64_t n[3];
         for (int a = 0; a < 3; ++a)
-            n[a] = a == i % 3 ? test_random_range(&random, 100, 600) : test_random_range(&random, 1, 40);
+            n[a] = a == i % 3 ? test_random_range(&random, 100, 600)
+                              : test_random_range(&random, 1, 40);
         test_field field = test_field_make(n[0], n[1], n[2]);
         test_random_fill(&field, &random, kinds[i % 4]);
         field.open = i & 8;
@@ -118,8 +121,9 @@ static void products_are_compared_exactly(void **state) {
         for (int k = 0; k < 4; ++k)
             n[k] = near + test_random_range(&random, -1, 1);
         __int128 difference = (__int128)n[0] * n[1] - (__int128)n[2] * n[3];
-        assert_int_equal(test_compare_products((double)n[0], (double)n[1], (double)n[2], (double)n[3]),
-                         (difference > 0) - (difference < 0));
+        assert_int_equal(
+            test_compare_products((double)n[0], (double)n[1], (double)n[2], (double)n[3]),
+            (difference > 0) - (difference < 0));
     }
     assert_int_equal(test_compare_products(1e-300, 1e-300, 1e-301, 1e-300), 1);
     assert_int_equal(test_compare_products(0x1p-1074, 1, 1, 0x1p-1074), 0);

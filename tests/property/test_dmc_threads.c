@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The same bytes whatever the number of threads, and however the same values are stored: scalar type,
- * strides, byte order, slope and intercept. */
+/* The same bytes whatever the number of threads, and however the same values are stored: scalar
+ * type, strides, byte order, slope and intercept. */
 #include "lib/random_volume.h"
 
 static uint64_t hash_of(int32_t threads, const qn_grid *grid, const qn_surface_options *options,
@@ -88,8 +88,9 @@ static void store(void *at, qn_scalar scalar, double value, bool swapped) {
 
 /* The field's values, less the intercept, over the slope, in a layout of the given axis order with
  * gaps, running backward along the axes of `flips`. *block is to be freed. */
-static qn_grid stored_grid(const test_field *field, qn_scalar scalar, bool swapped, const int order[3],
-                           int flips, int gap, double slope, double intercept, void **block) {
+static qn_grid stored_grid(const test_field *field, qn_scalar scalar, bool swapped,
+                           const int order[3], int flips, int gap, double slope, double intercept,
+                           void **block) {
     qn_grid grid = packed_grid(field);
     int64_t size = (int64_t)qn_scalar_size(scalar), step = size + gap, origin = 0;
     for (int a = 0; a < 3; ++a) {
@@ -119,19 +120,20 @@ static qn_grid stored_grid(const test_field *field, qn_scalar scalar, bool swapp
 
 static void check_storage(const test_field *field, qn_scalar scalar, double slope, double intercept,
                           uint64_t expected) {
-    static const int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+    static const int orders[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                     {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     const qn_surface_options options = test_field_options(field);
     for (int layout = 0; layout < 12; ++layout) {
         /* packed; swapped; permuted; backward; with gaps that leave samples unaligned */
         const bool swapped = layout & 1;
         const int flips = layout % 8, gap = layout >= 6 ? layout - 5 : 0;
         void *block;
-        qn_grid grid = stored_grid(field, scalar, swapped, orders[layout / 2], layout < 2 ? 0 : flips,
-                                   gap, slope, intercept, &block);
+        qn_grid grid = stored_grid(field, scalar, swapped, orders[layout / 2],
+                                   layout < 2 ? 0 : flips, gap, slope, intercept, &block);
         char what[128];
         snprintf(what, sizeof what, "%s%s, axes %d, flips %d, gap %d, slope %g, intercept %g",
-                 qn_scalar_name(scalar), swapped ? " swapped" : "", layout / 2, layout < 2 ? 0 : flips,
-                 gap, slope, intercept);
+                 qn_scalar_name(scalar), swapped ? " swapped" : "", layout / 2,
+                 layout < 2 ? 0 : flips, gap, slope, intercept);
         expect_equal(field->name, what, hash_of(2, &grid, &options, what), expected);
         free(block);
     }
@@ -148,8 +150,8 @@ static void bytes_are_equal_for_all_storage(void **state) {
             const double slope = round % 2 ? -0.75 : 1, intercept = round % 2 ? 12.5 : 0;
             const bool is_unsigned = scalar == QN_U8 || scalar == QN_U16 || scalar == QN_U32;
             for (int64_t i = 0; i < field.size[0] * field.size[1] * field.size[2]; ++i)
-                field.values[i] =
-                    intercept + slope * (double)test_random_range(&random, is_unsigned ? 0 : -100, 100);
+                field.values[i] = intercept + slope * (double)test_random_range(
+                                                          &random, is_unsigned ? 0 : -100, 100);
             field.iso = intercept + slope * (is_unsigned ? 50.25 : 3);
             test_field_prepare(&field);
             qn_grid grid = packed_grid(&field);
