@@ -50,40 +50,6 @@ void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int
         }
 }
 
-/* The row length is fixed, so compilers unroll it: this is where emission reads the volume. */
-#define LOAD_TILE(name, type, text)                                                                \
-    static void load_tile_##name(const char *from, const int64_t stride[3], double isovalue,      \
-                                 double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {                      \
-        for (int z = 0; z < QNI_TILE; ++z)                                                         \
-            for (int y = 0; y < QNI_TILE; ++y) {                                                   \
-                const type *stored = (const void *)(from + z * stride[2] + y * stride[1]);         \
-                double *row = tile[z][y];                                                          \
-                for (int x = 0; x < QNI_TILE; ++x)                                                 \
-                    row[x] = (double)stored[x] - isovalue;                                         \
-            }                                                                                      \
-    }
-QN_SCALAR_MAP(LOAD_TILE)
-#undef LOAD_TILE
-
-bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3], double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
-    const qn_grid *grid = field->grid;
-    if (!field->direct || grid->scalar == QN_F64 || grid->slope != 1 || grid->intercept != 0)
-        return false;
-    const char *at = (const char *)grid->samples + from[0] * grid->stride[0] + from[1] * grid->stride[1] +
-                     from[2] * grid->stride[2];
-    switch (grid->scalar) {
-#define TILE_CASE(name, type, text)                                                                \
-    case QN_##name:                                                                                \
-        load_tile_##name(at, grid->stride, field->isovalue, tile);                                 \
-        break;
-        QN_SCALAR_MAP(TILE_CASE)
-#undef TILE_CASE
-    case QN_SCALAR_COUNT:
-        break;
-    }
-    return true;
-}
-
 /* ---- threshold ------------------------------------------------------------------------------- */
 
 /* Numbers of a type in ascending order, from their place in that order. Floats: the sign-magnitude bits
