@@ -40,7 +40,7 @@ typedef struct qni_dmc_row {
     qni_dmc_leaf *leaves;  /* ascending x */
     qni_leaf_quads *quads; /* of each leaf; only when halfedges are wanted */
     qni_multi_cell *multis;
-    qni_doubled_face *doubled; 
+    qni_doubled_face *doubled;
     int32_t leaf_count, multi_count, doubled_count;
     int64_t vertex_count, quad_count;
     int64_t vertex_base, quad_base; /* in the mesh */

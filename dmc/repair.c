@@ -287,7 +287,8 @@ static void link_side(const qni_dmc *dmc, const qni_quad_split *split, int k, ui
 static void link_spokes(const qni_dmc *dmc, const qni_quad_split *split, uint32_t *twins) {
     const int fan = split->quads;
     for (int j = 0; j < fan; ++j) {
-        const uint32_t out = (uint32_t)(4 * fan_place(dmc, split, (j + 1) % fan)), back = (uint32_t)(4 * fan_place(dmc, split, j) + 3);
+        const uint32_t out = (uint32_t)(4 * fan_place(dmc, split, (j + 1) % fan));
+        const uint32_t back = (uint32_t)(4 * fan_place(dmc, split, j) + 3);
         twins[out] = back;
         twins[back] = out;
     }

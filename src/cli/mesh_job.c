@@ -41,8 +41,9 @@ static void tell_details(const mesh_job *job, int32_t i) {
     cli_tell(job->session,
              "  cells with surface %" PRId64 ", ambiguous faces %" PRId64 " (ties %" PRId64
              "), cells with several polygons %" PRId64 ", fallback points %" PRId64
-             ", degenerate points %" PRId64, s->active_cells, s->ambiguous_faces, s->tied_faces,
-             s->multiple_cells, s->fallback_points, s->degenerate_points);
+             ", degenerate points %" PRId64 ", doubled edges taken apart %" PRId64,
+             s->active_cells, s->ambiguous_faces, s->tied_faces,
+             s->multiple_cells, s->fallback_points, s->degenerate_points, s->repaired_edges);
     cli_tell(job->session, "  seconds: read %.3f, classify %.3f, emit %.3f, check %.3f, write %.3f",
              job->seconds_read, s->seconds_classify, s->seconds_emit, result->seconds_check,
              result->seconds_write);
@@ -129,11 +130,11 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 static json_t *report_options(const mesh_job *job) {
     const cli_options *options = job->session->options;
     return json_pack(
-        "{s:o, s:s, s:s, s:s, s:b, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
+        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
         report_reals(job->isovalues, job->count), "isovalues_chosen",
         options->isovalue_count > 0 ? "given" : "auto", "inside",
         job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
-        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "faces",
+        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold", !options->keep_doubled, "faces",
         options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
         options->ascii, "mode", "dmc", "device", "cpu", "threads",
         (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);

@@ -20,6 +20,7 @@ enum {
     OPTION_QUADS,
     OPTION_TRIS,
     OPTION_CLOSED,
+    OPTION_MANIFOLD,
     OPTION_INSIDE,
     OPTION_NO_NORMALS,
     OPTION_FROM,
@@ -107,6 +108,8 @@ const cli_option_row cli_option_rows[] = {
      "iso-value is 0), else above."},
     {OPTION_CLOSED, 0, "closed", "on|off", MESH, NULL,
      "on (the default) closes the surface half a voxel outside the outermost samples; off leaves it open"},
+    {OPTION_MANIFOLD, 0, "manifold", "on|off", MESH, NULL,
+     "on (the default) takes edges of four faces apart, so that a closed mesh is a 2-manifold; off leaves them"},
     {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
     {OPTION_TRIS, 0, "tris", NULL, MESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
     {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
@@ -286,6 +289,9 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         options->open = index == 1;
         options->closed_given = true;
         break;
+    case OPTION_MANIFOLD:
+        options->keep_doubled = index == 1;
+        break;
     case OPTION_TRANSFORM:
         options->read.transform = (qn_transform_choice)index;
         break;
@@ -368,8 +374,8 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
 }
 
 static bool is_choice(const cli_option_row *row) {
-    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_TRANSFORM ||
-           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
+    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
+           row->id == OPTION_TRANSFORM || row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
 }
 
 static int apply(cli_options *options, const cli_option_row *row, const char *text) {

@@ -49,7 +49,7 @@ typedef struct cli_options {
     double *isovalues; /* [isovalue_count]; freed by cli_options_free() */
     int32_t isovalue_count; /* 0: automatic */
     bool triangles;
-    bool open, closed_given;
+    bool open, closed_given, keep_doubled;
     cli_inside_choice inside;
     bool ascii, skip_normals;
     char from[16], to[8];

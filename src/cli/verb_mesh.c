@@ -109,6 +109,7 @@ static int extract(mesh_job *job) {
     surface.isovalue_count = job->count;
     surface.inside = job->inside;
     surface.open = options->open;
+    surface.keep_doubled = options->keep_doubled;
     surface.triangles = options->triangles;
     surface.skip_normals = options->skip_normals;
     surface.count_only = options->dry_run;

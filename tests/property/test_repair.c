@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-/* Doubled edges are taken apart: on any volume the closed mesh is a 2-manifold, of the Euler characteristic and the pieces that
- * its polygons and segments have; its halfedges are those of the indices; vertices stay on the surface. */
+/* Doubled edges are taken apart: on any volume the closed mesh is a 2-manifold, of the Euler
+ * characteristic and the pieces that its polygons and segments have; its halfedges are those of the
+ * indices; vertices stay on the surface. */
 #include "lib/random_volume.h"
 #include "lib/test_volume.h"
 #include "lib/trilinear.h"
 
 #include <math.h>
 
-static qn_mesh *surface(qn_context *context, const test_field *field, bool keep_doubled, bool halfedges,
-                        qn_surface_report *report) {
+static qn_mesh *surface(qn_context *context, const test_field *field, bool keep_doubled,
+                        bool halfedges, qn_surface_report *report) {
     qn_volume *volume = test_field_volume(context, field);
     qn_surface_options options = test_field_options(field);
     qn_mesh *mesh;
@@ -40,7 +41,8 @@ static void compare_halfedges(qn_context *context, const test_field *field, qn_m
     assert_int_equal(he.count, 4 * view.quad_count);
     for (int64_t h = 0; h < he.count; ++h)
         if (he.twin[h] != sorted.twin[h])
-            fail_msg("%s: halfedge %lld has twin %u, by sorting %u", field->name, (long long)h, he.twin[h], sorted.twin[h]);
+            fail_msg("%s: halfedge %lld has twin %u, by sorting %u", field->name, (long long)h,
+                     he.twin[h], sorted.twin[h]);
     for (int64_t v = 0; v < view.vertex_count; ++v)
         if (he.vertex_halfedge[v] != QN_NO_HALFEDGE)
             assert_int_equal(view.quads[he.vertex_halfedge[v]], v);
@@ -63,12 +65,14 @@ static void closed_meshes_are_manifold(void **state) {
         assert_int_equal(report.doubled_edges, raw_report.doubled_edges);
         assert_int_equal(report.repaired_edges, report.doubled_edges);
         assert_int_equal(before.nonmanifold_edges, report.doubled_edges);
-        if (found.boundary_edges || found.nonmanifold_edges || found.nonmanifold_vertices || found.duplicate_faces ||
-            found.orientation_conflicts || found.unused_vertices)
-            fail_msg("%s, number %lld: %lld boundary, %lld non-manifold edges, %lld vertices, %lld duplicate faces, %lld conflicts, "
-                     "%lld unused", field.name, (long long)i, (long long)found.boundary_edges, (long long)found.nonmanifold_edges,
-                     (long long)found.nonmanifold_vertices, (long long)found.duplicate_faces,
-                     (long long)found.orientation_conflicts, (long long)found.unused_vertices);
+        if (found.boundary_edges || found.nonmanifold_edges || found.nonmanifold_vertices ||
+            found.duplicate_faces || found.orientation_conflicts || found.unused_vertices)
+            fail_msg("%s, number %lld: %lld boundary, %lld non-manifold edges, %lld vertices, "
+                     "%lld duplicate faces, %lld conflicts, %lld unused",
+                     field.name, (long long)i, (long long)found.boundary_edges,
+                     (long long)found.nonmanifold_edges, (long long)found.nonmanifold_vertices,
+                     (long long)found.duplicate_faces, (long long)found.orientation_conflicts,
+                     (long long)found.unused_vertices);
         /* Each quad has four sides and each side two quads, doubled or not: V - 2 F + F. */
         assert_int_equal(found.euler_characteristic, raw_report.vertices - raw_report.quads);
         compare_halfedges(context, &field, mesh);
@@ -78,13 +82,14 @@ static void closed_meshes_are_manifold(void **state) {
         qn_mesh_destroy(mesh);
         test_field_free(&field);
     }
-    printf("%lld doubled edges taken apart, %lld of their %lld points left on a face\n", (long long)repaired,
-           (long long)fallbacks, (long long)(4 * repaired));
+    printf("%lld doubled edges taken apart, %lld of their %lld points left on a face\n",
+           (long long)repaired, (long long)fallbacks, (long long)(4 * repaired));
     assert_true(repaired > 10000);
     test_context_end(context);
 }
 
-/* The plain part of the mesh stays where it is, byte for byte, and so does all of it for any thread count. */
+/* The plain part of the mesh stays where it is, byte for byte, and so does all of it for any thread
+ * count. */
 static void nothing_else_changes(void **state) {
     (void)state;
     test_random random = {test_seed()};
@@ -92,10 +97,12 @@ static void nothing_else_changes(void **state) {
         test_field field = test_random_field(&random, (test_kind)(round % TEST_KIND_COUNT), 30);
         qn_context *one = test_context(1), *eight = test_context(8);
         qn_mesh *raw = surface(one, &field, true, false, NULL);
-        qn_mesh *a = surface(one, &field, false, false, NULL), *b = surface(eight, &field, false, false, NULL);
+        qn_mesh *a = surface(one, &field, false, false, NULL),
+                *b = surface(eight, &field, false, false, NULL);
         const qn_mesh_view plain = qn_mesh_get_view(raw), repaired = qn_mesh_get_view(a);
         if (plain.vertex_count)
-            assert_memory_equal(plain.positions, repaired.positions, (size_t)plain.vertex_count * 3 * sizeof(float));
+            assert_memory_equal(plain.positions, repaired.positions,
+                                (size_t)plain.vertex_count * 3 * sizeof(float));
         assert_true(test_hash_mesh(a) == test_hash_mesh(b));
         qn_mesh_destroy(raw);
         qn_mesh_destroy(a);

@@ -39,10 +39,13 @@ static void check_orders(int64_t a, int64_t c, int64_t b, int64_t d) {
     assert_int_equal(qni_determinant_sign(x, z, w, y), expected);
     assert_int_equal(qni_determinant_sign(y, w, x, z), -expected);
     /* Scaling by powers of two changes nothing. */
-    assert_int_equal(qni_determinant_sign(ldexp(x, -200), ldexp(z, -60), ldexp(y, -130), ldexp(w, -130)), expected);
+    assert_int_equal(
+        qni_determinant_sign(ldexp(x, -200), ldexp(z, -60), ldexp(y, -130), ldexp(w, -130)),
+        expected);
 }
 
-/* Products that agree in their first 53 bits and more: neighbours of a square, and of one another. */
+/* Products that agree in their first 53 bits and more: neighbours of a square, and of one another.
+ */
 static void close_products_are_told_apart(void **state) {
     (void)state;
     uint64_t random = seed();

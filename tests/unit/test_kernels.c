@@ -95,8 +95,8 @@ static void kernels_agree_to_the_bit(void **state) {
         printf("skipped: this machine has plain kernels only\n");
         skip();
     }
-    printf("compared%s%s, %lld lanes\n", compared & 1 ? " AVX2" : "", compared & 2 ? " AVX-512" : "",
-           (long long)lanes);
+    printf("compared%s%s, %lld lanes\n", compared & 1 ? " AVX2" : "",
+           compared & 2 ? " AVX-512" : "", (long long)lanes);
     assert_true(lanes > 100000);
 }
 
