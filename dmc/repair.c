@@ -54,18 +54,24 @@ static void load_corners(const qni_field *field, const int64_t cell[3], double d
         d[c] = qni_field_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
 }
 
-/* The middle of a segment's arc on its face, in the face's two axes. */
-static bool arc_middle(const qni_doubled_face *face, int segment, const double d[8], double uw[2]) {
+/* The middle of a segment's arc on its face, in the face's two axes; `length` of the arc's chord. */
+static bool arc_middle(const qni_doubled_face *face, int segment, const double d[8], double uw[2], double *length) {
     const int axis = face->axis, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     qni_square square;
     int side[2];
+    double ends[2][2];
     for (int n = 0; n < 4; ++n)
         square.v[n] = d[(n & 1) << p | (n >> 1) << q];
     for (int n = 0; n < 2; ++n) {
         const int edge = qni_face_edge(2 * axis, face->first_cut + 2 * segment + 3 + n);
         const int across = qni_edge_axis(edge) == p ? q : p;
+        const int start = qni_edge_start_corner(edge), end = start | 1 << qni_edge_axis(edge);
+        const double at = d[start] / (d[start] - d[end]);
         side[n] = 2 * (across == q) + qni_edge_side(edge, across);
+        ends[n][across == q] = qni_edge_side(edge, across);
+        ends[n][across != q] = at;
     }
+    *length = hypot(ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]);
     return qni_arc_middle(&square, side[0], side[1], uw);
 }
 
@@ -89,9 +95,10 @@ static bool follow(const double d[8], int axis, int face_side, const double uw[2
 }
 
 /* The point of a segment in the cell above its face (side 0) or below it (side 1); false when it stays on the face. */
-static bool point_in_cell(const double d[8], int axis, int face_side, const double uw[2], double local[3]) {
+static bool point_in_cell(const double d[8], int axis, int face_side, const double uw[2], double first_depth,
+                          double local[3]) {
     const int in_face[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
-    for (double depth = 0.25; depth > 0.003; depth /= 2) {
+    for (double depth = first_depth; depth > first_depth / 64; depth /= 2) {
         double found[2], move[2] = {2, 2};
         for (int slice = 0; slice < 2; ++slice)
             if (follow(d, axis, face_side, uw, slice, depth, found + slice))
@@ -110,6 +117,11 @@ static bool point_in_cell(const double d[8], int axis, int face_side, const doub
     return false;
 }
 
+/* How deep into its cells a segment's points lie, against the length of its arc. Nearer points cross other quads less often and
+ * make narrower quads: of 742 lattices of 2 x 2 x 3 Gaussian samples with one doubled edge, 0.25 gave 3188 crossing pairs of
+ * triangles, 0.1 gave 725, 0.05 gave 226. */
+static const double nearness = 0.0625;
+
 /* The four points of a doubled face: two for each segment, first the one above the face. Returns how many stay on it. */
 static int place_face_points(const repair_job *job, int64_t index) {
     const qni_doubled_face *face = job->dmc->repair->faces + index;
@@ -123,15 +135,15 @@ static int place_face_points(const repair_job *job, int64_t index) {
         load_corners(&job->dmc->field, cell[side], d[side]);
     }
     for (int segment = 0; segment < 2; ++segment) {
-        double uw[2];
-        if (!arc_middle(face, segment, d[0], uw)) { /* shrunk to a corner: samples at the iso-value */
+        double uw[2], length;
+        if (!arc_middle(face, segment, d[0], uw, &length)) { /* shrunk to a corner: samples at the iso-value */
             const int corner = qni_face_corner(2 * axis, face->first_cut + 2 * segment);
             uw[0] = corner >> (axis == 0 ? 1 : 0) & 1;
             uw[1] = corner >> (axis == 2 ? 1 : 2) & 1;
         }
         for (int side = 0; side < 2; ++side) {
             double local[3];
-            left += !point_in_cell(d[side], axis, side, uw, local);
+            left += !point_in_cell(d[side], axis, side, uw, length * nearness, local);
             place(job, cell[side], local, job->dmc->vertex_count + 4 * index + 2 * segment + side);
         }
     }
@@ -170,32 +182,47 @@ static void fan_quad(const uint32_t *boundary, int count, uint32_t centre, int t
         quad[1 + n] = boundary[(2 * j + turn + n) % count];
 }
 
-/* [DMC21] equation (9). */
-static double quad_quality(const float *positions, const uint32_t quad[4]) {
+static void corner_area(const float *positions, uint32_t o, uint32_t a, uint32_t b, double area[3], double *squares) {
+    double u[3], v[3];
+    *squares = 0;
+    for (int n = 0; n < 3; ++n) {
+        u[n] = (double)positions[3 * (size_t)a + n] - (double)positions[3 * (size_t)o + n];
+        v[n] = (double)positions[3 * (size_t)b + n] - (double)positions[3 * (size_t)o + n];
+        *squares += u[n] * u[n] + v[n] * v[n];
+    }
+    for (int n = 0; n < 3; ++n)
+        area[n] = u[(n + 1) % 3] * v[(n + 2) % 3] - u[(n + 2) % 3] * v[(n + 1) % 3];
+}
+
+/* [DMC21] equation (9) with a sign: corners that look against `up` count as negative. */
+static double quad_quality(const float *positions, const uint32_t quad[4], const double up[3]) {
     double least = 1;
     for (int k = 0; k < 4; ++k) {
-        const float *o = positions + 3 * (size_t)quad[k], *a = positions + 3 * (size_t)quad[(k + 1) & 3],
-                    *b = positions + 3 * (size_t)quad[(k + 3) & 3];
-        double u[3], v[3];
-        for (int n = 0; n < 3; ++n) {
-            u[n] = (double)a[n] - (double)o[n];
-            v[n] = (double)b[n] - (double)o[n];
-        }
-        const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
-        const double squares = (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) + (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        const double quality = squares > 0 ? 2 * sqrt(x * x + y * y + z * z) / squares : 0;
+        double area[3], squares;
+        corner_area(positions, quad[k], quad[(k + 1) & 3], quad[(k + 3) & 3], area, &squares);
+        const double rise = area[0] * up[0] + area[1] * up[1] + area[2] * up[2];
+        const double quality = squares > 0 ? 2 * rise / squares : 0;
         least = quality < least ? quality : least;
     }
     return least;
 }
 
+/* Which way to lay the spokes: the one whose worst corner is better, seen along the mean normal of the whole fan. */
 static int better_turn(const float *positions, const uint32_t *boundary, int count, uint32_t centre) {
-    double worst[2] = {1, 1};
+    double worst[2] = {1, 1}, up[3] = {0, 0, 0}, area[3], squares;
+    for (int n = 0; n < count; ++n) {
+        corner_area(positions, centre, boundary[n], boundary[(n + 1) % count], area, &squares);
+        for (int a = 0; a < 3; ++a)
+            up[a] += area[a];
+    }
+    const double length = sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2]);
+    for (int a = 0; a < 3 && length > 0; ++a)
+        up[a] /= length;
     for (int turn = 0; turn < 2; ++turn)
         for (int j = 0; j < count / 2; ++j) {
             uint32_t quad[4];
             fan_quad(boundary, count, centre, turn, j, quad);
-            worst[turn] = fmin(worst[turn], quad_quality(positions, quad));
+            worst[turn] = fmin(worst[turn], quad_quality(positions, quad, up));
         }
     return worst[1] > worst[0];
 }
