@@ -11,6 +11,8 @@ typedef struct state {
     qn_mesh *mesh;
 } state;
 
+static bool keep_doubled; /* of --manifold off, told before any case runs */
+
 static void *prepare(const bench_volume *volume, int threads, bool normals) {
     state *s = test_alloc(1, sizeof *s);
     memset(s, 0, sizeof *s);
@@ -32,6 +34,7 @@ static void *prepare(const bench_volume *volume, int threads, bool normals) {
     s->options.isovalue_count = 1;
     s->options.open = true;
     s->options.skip_normals = !normals;
+    s->options.keep_doubled = keep_doubled;
     return s;
 }
 
@@ -59,6 +62,12 @@ static void clear(void *user) {
 }
 
 int main(int argc, char **argv) {
-    const bench_engine engine = {"quoin", true, true, true, prepare, extract, clear};
+    keep_doubled = argc > 2 && strcmp(argv[1], "--manifold") == 0 && strcmp(argv[2], "off") == 0;
+    if (keep_doubled) {
+        argv[2] = argv[0];
+        argv += 2;
+        argc -= 2;
+    }
+    const bench_engine engine = {keep_doubled ? "quoin --manifold off" : "quoin", true, true, true, prepare, extract, clear};
     return bench_main(&engine, argc, argv);
 }

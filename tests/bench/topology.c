@@ -155,15 +155,19 @@ static bool print_row(const topology_engine *engine, const bench_volume *volume,
     }
     const int64_t inside = test_mesh_cracks(mesh, low, high);
     test_field field = field_of(volume, iso);
-    const face_tally faces = engine->dual ? match_faces(&field, mesh, &view) : tally_faces(&field, &view);
-    printf("| %s | %g | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld "
-           "| %lld / %lld / %lld of %lld |\n",
+    printf("| %s | %g | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | ",
            engine->name, iso, (long long)report.vertex_count, (long long)(report.quad_count + report.triangle_count),
            (long long)inside, (long long)(report.boundary_edges - inside), (long long)report.nonmanifold_edges,
            (long long)report.nonmanifold_vertices, (long long)report.components,
            (long long)report.euler_characteristic, (long long)report.degenerate_faces,
-           (long long)report.duplicate_positions, (long long)report.self_intersections, (long long)faces.right,
-           (long long)faces.other, (long long)faces.both, (long long)faces.faces);
+           (long long)report.duplicate_positions, (long long)report.self_intersections);
+    if (engine->repaired) {
+        printf("as before repair |\n");
+    } else {
+        const face_tally faces = engine->dual ? match_faces(&field, mesh, &view) : tally_faces(&field, &view);
+        printf("%lld / %lld / %lld of %lld |\n", (long long)faces.right, (long long)faces.other,
+               (long long)faces.both, (long long)faces.faces);
+    }
     test_field_free(&field);
     qn_mesh_destroy(mesh);
     qn_context_destroy(context);

@@ -15,7 +15,8 @@ typedef bool topology_surfacer(const uint16_t *samples, const int64_t size[3], d
 typedef struct topology_engine {
     const char *name;
     topology_surfacer *surface;
-    bool dual; /* vertices lie in cells, not on lattice edges */
+    bool dual;     /* vertices lie in cells, not on lattice edges */
+    bool repaired; /* has more vertices than the cells have polygons: its faces are those of the mesh before */
 } topology_engine;
 
 /* Prints the rows of iso-values 2048 and 2048.5. */

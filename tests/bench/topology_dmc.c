@@ -6,7 +6,7 @@
 static qn_context *context;
 static qn_mesh *mesh;
 
-static bool surface(const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+static bool surface_of(bool keep_doubled, const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
     qn_grid grid;
     memset(&grid, 0, sizeof grid);
     grid.samples = samples;
@@ -17,6 +17,7 @@ static bool surface(const uint16_t *samples, const int64_t size[3], double iso, 
     options.isovalues = &iso;
     options.isovalue_count = 1;
     options.open = true;
+    options.keep_doubled = keep_doubled;
     qn_volume *volume = NULL;
     qn_mesh_destroy(mesh);
     mesh = NULL;
@@ -28,10 +29,19 @@ static bool surface(const uint16_t *samples, const int64_t size[3], double iso, 
     return good;
 }
 
+static bool repaired(const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+    return surface_of(false, samples, size, iso, view);
+}
+
+static bool doubled(const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+    return surface_of(true, samples, size, iso, view);
+}
+
 int main(void) {
-    const topology_engine engine = {"quoin", surface, true};
+    const topology_engine with_repair = {"quoin", repaired, true, true};
+    const topology_engine without = {"quoin --manifold off", doubled, true, false};
     context = test_context(0);
-    const int status = topology_main(&engine);
+    const int status = topology_main(&with_repair) | topology_main(&without);
     qn_mesh_destroy(mesh);
     qn_context_destroy(context);
     return status;

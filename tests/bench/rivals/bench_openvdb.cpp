@@ -21,19 +21,20 @@ struct state {
     std::vector<openvdb::Vec4I> quads;
 };
 
-/* Level set values: negative inside, which is where samples are at least the iso-value. */
+/* Level set values. Outside, where they are positive and the background begins, is the side of the first sample. */
 template <class scalar> class source {
 public:
     explicit source(const bench_volume &volume)
-        : samples_(static_cast<const scalar *>(volume.samples)), size_(volume.size), iso_(volume.iso) {}
+        : samples_(static_cast<const scalar *>(volume.samples)), size_(volume.size), iso_(volume.iso),
+          sign_(static_cast<double>(samples_[0]) < volume.iso ? -1 : 1) {}
     float at(int64_t x, int64_t y, int64_t z) const {
-        return static_cast<float>(iso_ - static_cast<double>(samples_[x + size_[0] * (y + size_[1] * z)]));
+        return static_cast<float>(sign_ * (static_cast<double>(samples_[x + size_[0] * (y + size_[1] * z)]) - iso_));
     }
 
 private:
     const scalar *samples_;
     const int64_t *size_;
-    double iso_;
+    double iso_, sign_;
 };
 
 enum { LEAF = 8 };

@@ -41,6 +41,6 @@ static bool surface(const uint16_t *samples, const int64_t size[3], double iso, 
 }
 
 int main() {
-    const topology_engine engine = {"vtk-fe", surface, false};
+    const topology_engine engine = {"vtk-fe", surface, false, false};
     return topology_main(&engine);
 }
