@@ -142,6 +142,18 @@ static void release_owned(void *user, const void *samples) {
     qni_free(owned->context, owned, 1, sizeof *owned);
 }
 
+/* Owned samples may be turned to this machine's byte order where they lie: one pass, after which every reader of the
+ * volume takes the fast way. */
+static void turn_bytes(void *samples, int64_t bytes, size_t size) {
+    unsigned char *at = samples;
+    for (int64_t n = 0; n + (int64_t)size <= bytes; n += (int64_t)size)
+        for (size_t low = 0, high = size - 1; low < high; ++low, --high) {
+            const unsigned char byte = at[n + (int64_t)low];
+            at[n + (int64_t)low] = at[n + (int64_t)high];
+            at[n + (int64_t)high] = byte;
+        }
+}
+
 qn_status qni_volume_own(qn_context *context, qn_grid *grid, void *samples, int64_t bytes,
                          const char *format, qn_volume **volume_out, qn_error *error) {
     *volume_out = NULL;
@@ -151,6 +163,10 @@ qn_status qni_volume_own(qn_context *context, qn_grid *grid, void *samples, int6
     owned->context = context;
     owned->bytes = bytes;
     grid->samples = samples;
+    if (grid->swapped) {
+        turn_bytes(samples, bytes, qn_scalar_size(grid->scalar));
+        grid->swapped = false;
+    }
     qn_status status = qn_volume_create(context, grid, release_owned, owned, volume_out, error);
     if (status != QN_OK) {
         qni_free(context, owned, 1, sizeof *owned);
