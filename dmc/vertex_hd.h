@@ -58,14 +58,15 @@ QN_HD_INLINE qni_axis_hit qni_axis_line(double low, double high, double middle) 
     return result;
 }
 
-/* One edge's share in the sum of crossings: where it is crossed, and whether. */
-QN_HD_INLINE double qni_crossing(double a, double b) {
-    const double at = a / (a - b);
-    return qni_differ(a, b) ? at : 0;
+/* One edge's share in the sum of crossings: where it is crossed, and whether. The middle of the crossings only says where to
+ * look for the surface, so single precision will do; where it overflows, the line misses and slices find the point. */
+QN_HD_INLINE float qni_crossing(float a, float b) {
+    const float at = a / (a - b);
+    return (a >= 0) != (b >= 0) ? at : 0;
 }
 
-QN_HD_INLINE double qni_crossed(double a, double b) {
-    return qni_differ(a, b) ? 1.0 : 0.0;
+QN_HD_INLINE float qni_crossed(float a, float b) {
+    return (a >= 0) != (b >= 0) ? 1.0f : 0.0f;
 }
 
 typedef struct qni_axis_point {
@@ -76,21 +77,23 @@ typedef struct qni_axis_point {
 /* Written without branches and arrays, so that compilers turn a loop over it into vector code. */
 QN_HD_INLINE qni_axis_point qni_point_of_one(double d0, double d1, double d2, double d3, double d4,
                                              double d5, double d6, double d7) {
-    const double n0 = qni_crossed(d0, d1), n1 = qni_crossed(d2, d3), n2 = qni_crossed(d4, d5),
-                 n3 = qni_crossed(d6, d7), n4 = qni_crossed(d0, d2), n5 = qni_crossed(d1, d3),
-                 n6 = qni_crossed(d4, d6), n7 = qni_crossed(d5, d7), n8 = qni_crossed(d0, d4),
-                 n9 = qni_crossed(d1, d5), n10 = qni_crossed(d2, d6), n11 = qni_crossed(d3, d7);
-    const double along_x =
-        (qni_crossing(d0, d1) + qni_crossing(d2, d3)) + (qni_crossing(d4, d5) + qni_crossing(d6, d7));
-    const double along_y =
-        (qni_crossing(d0, d2) + qni_crossing(d1, d3)) + (qni_crossing(d4, d6) + qni_crossing(d5, d7));
-    const double along_z =
-        (qni_crossing(d0, d4) + qni_crossing(d1, d5)) + (qni_crossing(d2, d6) + qni_crossing(d3, d7));
-    const double count = ((n0 + n1) + (n2 + n3)) + ((n4 + n5) + (n6 + n7)) + ((n8 + n9) + (n10 + n11));
-    const double share = 1 / count;
-    const double x = (along_x + ((n5 + n7) + (n9 + n11))) * share;
-    const double y = (along_y + ((n1 + n3) + (n10 + n11))) * share;
-    const double z = (along_z + ((n2 + n3) + (n6 + n7))) * share;
+    const float f0 = (float)d0, f1 = (float)d1, f2 = (float)d2, f3 = (float)d3, f4 = (float)d4, f5 = (float)d5,
+                f6 = (float)d6, f7 = (float)d7;
+    const float n0 = qni_crossed(f0, f1), n1 = qni_crossed(f2, f3), n2 = qni_crossed(f4, f5),
+                 n3 = qni_crossed(f6, f7), n4 = qni_crossed(f0, f2), n5 = qni_crossed(f1, f3),
+                 n6 = qni_crossed(f4, f6), n7 = qni_crossed(f5, f7), n8 = qni_crossed(f0, f4),
+                 n9 = qni_crossed(f1, f5), n10 = qni_crossed(f2, f6), n11 = qni_crossed(f3, f7);
+    const float along_x =
+        (qni_crossing(f0, f1) + qni_crossing(f2, f3)) + (qni_crossing(f4, f5) + qni_crossing(f6, f7));
+    const float along_y =
+        (qni_crossing(f0, f2) + qni_crossing(f1, f3)) + (qni_crossing(f4, f6) + qni_crossing(f5, f7));
+    const float along_z =
+        (qni_crossing(f0, f4) + qni_crossing(f1, f5)) + (qni_crossing(f2, f6) + qni_crossing(f3, f7));
+    const float count = ((n0 + n1) + (n2 + n3)) + ((n4 + n5) + (n6 + n7)) + ((n8 + n9) + (n10 + n11));
+    const float share = 1 / count;
+    const double x = (double)((along_x + ((n5 + n7) + (n9 + n11))) * share);
+    const double y = (double)((along_y + ((n1 + n3) + (n10 + n11))) * share);
+    const double z = (double)((along_z + ((n2 + n3) + (n6 + n7))) * share);
 
     const qni_axis_hit on_x = qni_axis_line(qni_bilinear(d0, d2, d4, d6, y, z),
                                             qni_bilinear(d1, d3, d5, d7, y, z), x);
