@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* golden.csv: counts and bytes of meshes as they were agreed on. With --update the table is
- * rewritten with what comes out now, so that a change is seen as a diff of the table. */
+ * rewritten with what comes out now, so that a change is seen as a diff of the table. "-" stays: it stands for
+ * the bytes of fields that need sin, cos or exp, which C libraries round differently. */
 #include "golden/golden_case.h"
 
 static const char *table_path;
@@ -8,7 +9,7 @@ static bool update;
 
 static void check_text(const golden_case *one, const char *what, char *expected, size_t capacity,
                        const char *found, int *wrong) {
-    if (update)
+    if (update && strcmp(expected, "-") != 0)
         snprintf(expected, capacity, "%s", found);
     else if (strcmp(expected, "-") != 0 && strcmp(expected, found) != 0) {
         printf("%s %s %lld %s %s: %s is %s, was %s\n", one->name, one->scalar, (long long)one->n,
