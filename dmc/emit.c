@@ -31,7 +31,6 @@ typedef struct worker {
     double tile[QNI_TILE][QNI_TILE][QNI_TILE];
     qni_point_batch batch;
     int64_t batch_vertex[QNI_LANES]; /* where in the mesh each lane goes */
-    int32_t batch_case[QNI_LANES];
     int32_t batch_count;
     uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
     qni_leaf_masks masks;
@@ -131,9 +130,12 @@ static void emit_polygon(const emission *job, worker *w, const double stencil[QN
 static void emit_lane_by_slices(const emission *job, worker *w, int lane, const double stencil[QNI_STENCIL],
                                 const double cell[3]) {
     double d[8];
-    for (int c = 0; c < 8; ++c)
+    int case_index = 0;
+    for (int c = 0; c < 8; ++c) {
         d[c] = stencil[corner_of_stencil[c]];
-    const int entry = qni_cell_resolve(d, w->batch_case[lane]).entry;
+        case_index |= (d[c] >= 0) << c;
+    }
+    const int entry = qni_cell_resolve(d, case_index).entry;
     emit_polygon(job, w, stencil, cell, qni_entry_edges(entry, 0), qni_entry_next_code(entry),
                  w->batch_vertex[lane]);
 }
@@ -191,7 +193,6 @@ static void queue_single(const emission *job, worker *w, const int64_t leaf_at[3
     batch->cell[1][lane] = (double)(leaf_at[1] + y);
     batch->cell[2][lane] = (double)(leaf_at[2] + z);
     w->batch_vertex[lane] = vertex;
-    w->batch_case[lane] = qni_case_of_cell((const uint16_t(*)[9])w->signs, x, y, z);
     if (w->batch_count == QNI_LANES)
         flush_batch(job, w);
 }

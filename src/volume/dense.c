@@ -180,14 +180,17 @@ double qni_grid_stored(const qn_grid *grid, int64_t i, int64_t j, int64_t k) {
     const char *at = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +
                      k * grid->stride[2];
     unsigned char bytes[8];
-    size_t size = qn_scalar_size(grid->scalar);
-    for (size_t b = 0; b < size; ++b)
-        bytes[b] = (unsigned char)at[grid->swapped ? size - 1 - b : b];
+    if (grid->swapped) {
+        const size_t size = qn_scalar_size(grid->scalar);
+        for (size_t b = 0; b < size; ++b)
+            bytes[b] = (unsigned char)at[size - 1 - b];
+        at = (const char *)bytes;
+    }
     switch (grid->scalar) {
 #define SCALAR_LOAD(name, type, text)                                                              \
     case QN_##name: {                                                                              \
         type value;                                                                                \
-        memcpy(&value, bytes, sizeof value);                                                       \
+        memcpy(&value, at, sizeof value);                                                          \
         return (double)value;                                                                      \
     }
         QN_SCALAR_MAP(SCALAR_LOAD)
