@@ -126,7 +126,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_HEADER, 0, "header", "BYTES", MESH | INFO, NULL, "raw files: bytes to skip at the start (after unpacking gzip)"},
 
     {OPTION_CHECK, 0, "check", NULL, MESH, "Checks",
-     "check the mesh; exit 6 when it is not closed (unless --closed off) or not oriented"},
+     "check the mesh; exit 6 when it is not oriented, or (unless --closed off) not closed or not manifold"},
     {OPTION_FAIL_ON, 0, "fail-on", "LIST", MESH | CHECK, NULL,
      "the faults that make the exit code 6, out of open, nonmanifold, orientation, intersect, degenerate, duplicate, "
      "nonfinite; or all, or none"},

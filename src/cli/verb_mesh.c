@@ -127,7 +127,10 @@ static uint32_t faults_that_count(const cli_options *options) {
         return options->fail_on;
     if (!options->check)
         return 0;
-    return FAULT_ORIENTATION | FAULT_NONFINITE | (options->open ? 0 : FAULT_OPEN);
+    uint32_t faults = FAULT_ORIENTATION | FAULT_NONFINITE;
+    if (!options->open)
+        faults |= FAULT_OPEN | (options->keep_doubled ? 0 : FAULT_NONMANIFOLD);
+    return faults;
 }
 
 static int check_one(mesh_job *job, int32_t i) {
