@@ -80,7 +80,7 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     qni_dmc dmc = {.context = context, .held_before = qn_context_memory(context).current_bytes};
     const bool with_normals = !options->skip_normals;
     const double start = qni_seconds();
-    dmc.with_halfedges = options->halfedges && !options->triangles;
+    dmc.with_halfedges = (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
     dmc.with_repair = !options->keep_doubled;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
@@ -99,6 +99,12 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     qni_dmc_free_rows(&dmc);
     report->seconds_classify = counted - start;
     report->seconds_emit = qni_seconds() - counted;
+    if (status == QN_OK && *mesh_out)
+        status = qni_dmc_improve(&dmc, *mesh_out, NULL, options, report, error);
+    if (status != QN_OK) {
+        qn_mesh_destroy(*mesh_out);
+        *mesh_out = NULL;
+    }
     report->seconds_total = qni_seconds() - start;
     return status;
 }

@@ -74,6 +74,12 @@ void qni_dmc_free_rows(qni_dmc *dmc);
 int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals);
 void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes);
 
+/* Simplify and relax the finished mesh as the options ask (improve.c); the report's counts follow. Halfedges that the mesh has are
+ * kept right; where they are missing they are made, and given up again unless options->halfedges. `colours` are those of the
+ * quads' lattice edges, 2 axis + ((x + y + z) & 1); NULL: found from the positions. */
+qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, const qn_surface_options *options,
+                          qn_surface_report *report, qn_error *error);
+
 /* One iso-value, both passes. `mesh_out` stays NULL with options->count_only. */
 qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,
                           const qn_surface_options *options, qn_mesh **mesh_out,
@@ -100,6 +106,9 @@ typedef struct qni_frame {
     double world[3][4];
     double normal[3][3];
 } qni_frame;
+
+/* Lattice to world of a field, and the determinant of its linear part. */
+void qni_frame_of_field(const qni_field *field, qni_frame *frame_out, double *determinant_out);
 
 typedef void (*qni_point_kernel)(qni_point_batch *batch, const qni_frame *frame);
 

@@ -432,7 +432,7 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
 }
 
 /* Gradients go to the world by the inverse transpose, with the sign that points out of the solid. */
-static void set_frame(const qni_field *field, qni_frame *frame, double *determinant) {
+void qni_frame_of_field(const qni_field *field, qni_frame *frame, double *determinant) {
     const double(*m)[4] = (const double(*)[4])field->world;
     memcpy(frame->world, field->world, sizeof frame->world);
     double cofactor[3][3];
@@ -467,7 +467,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     const int32_t threads = qn_context_threads(dmc->context);
     double determinant;
     emission job = {.dmc = dmc, .mesh = mesh, .kernel = qni_choose_point_kernel()};
-    set_frame(&dmc->field, &job.frame, &determinant);
+    qni_frame_of_field(&dmc->field, &job.frame, &determinant);
     job.reverse = dmc->field.inside_below != (determinant < 0);
     if (mesh->vertex_count == 0)
         return QN_OK;

@@ -17,6 +17,12 @@ static qn_status check_options(const qn_surface_options *options, qn_mesh **mesh
     QNI_CHECK_OPTIONS(options, "qn_surface_options_init", error);
     if (options->isovalue_count < 0 || (options->isovalue_count > 0 && !options->isovalues))
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "isovalue_count does not go with isovalues");
+    if (options->simplify_passes < -1)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "simplify_passes is %d: take 0 (until done), a number of passes, or -1",
+                        (int)options->simplify_passes);
+    if (options->relax < 0)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "relax is %d: it counts sweeps and cannot be negative",
+                        (int)options->relax);
     if (!meshes_out && !options->count_only)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "meshes_out may be NULL only with count_only");
     return QN_OK;

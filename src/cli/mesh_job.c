@@ -44,6 +44,14 @@ static void tell_details(const mesh_job *job, int32_t i) {
              ", degenerate points %" PRId64 ", doubled edges taken apart %" PRId64,
              s->active_cells, s->ambiguous_faces, s->tied_faces,
              s->multiple_cells, s->fallback_points, s->degenerate_points, s->repaired_edges);
+    if (s->simplify_passes > 0)
+        cli_tell(job->session,
+                 "  simplified in %d passes: %" PRId64 " quads removed by 3-X-3-Y, %" PRId64
+                 " by 3-3-3-3; %.3f s", (int)s->simplify_passes, s->merged_quads, s->shrunk_quads,
+                 s->seconds_simplify);
+    if (job->session->options->relax > 0)
+        cli_tell(job->session, "  relaxed: %" PRId64 " vertices moved; %.3f s", s->relaxed_vertices,
+                 s->seconds_relax);
     cli_tell(job->session, "  seconds: read %.3f, classify %.3f, emit %.3f, check %.3f, write %.3f",
              job->seconds_read, s->seconds_classify, s->seconds_emit, result->seconds_check,
              result->seconds_write);
@@ -130,11 +138,14 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 static json_t *report_options(const mesh_job *job) {
     const cli_options *options = job->session->options;
     return json_pack(
-        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
+        "{s:o, s:s, s:s, s:s, s:b, s:b, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
         report_reals(job->isovalues, job->count), "isovalues_chosen",
         options->isovalue_count > 0 ? "given" : "auto", "inside",
         job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
-        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold", !options->keep_doubled, "faces",
+        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold",
+        !options->keep_doubled, "simplify",
+        options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
+        !options->no_reproject, "relax", (int)options->relax, "faces",
         options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
         options->ascii, "mode", "dmc", "device", "cpu", "threads",
         (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);

@@ -17,6 +17,10 @@ enum {
     OPTION_OUTPUT,
     OPTION_ISO,
     OPTION_MODE,
+    OPTION_SIMPLIFY,
+    OPTION_SIMPLIFY_PASSES,
+    OPTION_NO_REPROJECT,
+    OPTION_RELAX,
     OPTION_QUADS,
     OPTION_TRIS,
     OPTION_CLOSED,
@@ -112,6 +116,14 @@ const cli_option_row cli_option_rows[] = {
      "on (the default) takes edges of four faces apart, so that a closed mesh is a 2-manifold; off leaves them"},
     {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
     {OPTION_TRIS, 0, "tris", NULL, MESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
+    {OPTION_SIMPLIFY, 0, "simplify", NULL, MESH, NULL,
+     "remove quads of valences 3-X-3-Y and 3-3-3-3: fewer irregular vertices, the same topology"},
+    {OPTION_SIMPLIFY_PASSES, 0, "simplify-passes", "N|paper", MESH, NULL,
+     "--simplify, but at most N passes (0, the default: until nothing is left), or the single pass of the published rule"},
+    {OPTION_NO_REPROJECT, 0, "no-reproject", NULL, MESH, NULL,
+     "leave the vertices made by --simplify between the two they replace instead of putting them back onto the surface"},
+    {OPTION_RELAX, 0, "relax", "N", MESH, NULL,
+     "N sweeps that slide the vertices along the surface towards squarer quads (0); 3 to 5 do most of it"},
     {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
@@ -319,6 +331,8 @@ static void apply_flag(cli_options *options, const cli_option_row *row) {
     switch (row->id) {
     case OPTION_QUADS: options->triangles = false; break;
     case OPTION_TRIS: options->triangles = true; break;
+    case OPTION_SIMPLIFY: options->simplify = true; break;
+    case OPTION_NO_REPROJECT: options->no_reproject = true; break;
     case OPTION_NO_NORMALS: options->skip_normals = true; break;
     case OPTION_ASCII: options->ascii = true; break;
     case OPTION_DRY_RUN: options->dry_run = true; break;
@@ -358,6 +372,18 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
     case OPTION_THREADS:
         good = set_whole(row, text, 4096, "4 (0 to 4096)", &whole);
         options->threads = (int32_t)whole;
+        break;
+    case OPTION_SIMPLIFY_PASSES:
+        options->simplify = true;
+        options->simplify_passes = -1;
+        if (strcmp(text, "paper") == 0)
+            return true;
+        good = set_whole(row, text, 1000000, "2 (0 to 1000000) or --simplify-passes paper", &whole);
+        options->simplify_passes = (int32_t)whole;
+        break;
+    case OPTION_RELAX:
+        good = set_whole(row, text, 1000000, "3 (0 to 1000000)", &whole);
+        options->relax = (int32_t)whole;
         break;
     case OPTION_AZIMUTH:
         options->has_azimuth = true;

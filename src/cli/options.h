@@ -51,6 +51,8 @@ typedef struct cli_options {
     bool triangles;
     bool open, closed_given, keep_doubled;
     cli_inside_choice inside;
+    bool simplify, no_reproject;
+    int32_t simplify_passes, relax;
     bool ascii, skip_normals;
     char from[16], to[8];
     qn_volume_read_options read;

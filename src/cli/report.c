@@ -119,6 +119,13 @@ json_t *report_surface(const qn_surface_report *s) {
     set_real(object, "seconds_classify", s->seconds_classify);
     set_real(object, "seconds_emit", s->seconds_emit);
     set_real(object, "seconds_total", s->seconds_total);
+    set_integer(object, "merged_quads", s->merged_quads);
+    set_integer(object, "shrunk_quads", s->shrunk_quads);
+    set_integer(object, "unprojected_points", s->unprojected_points);
+    set_integer(object, "relaxed_vertices", s->relaxed_vertices);
+    set_integer(object, "simplify_passes", s->simplify_passes);
+    set_real(object, "seconds_simplify", s->seconds_simplify);
+    set_real(object, "seconds_relax", s->seconds_relax);
     return object;
 }
 

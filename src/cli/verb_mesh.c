@@ -112,6 +112,10 @@ static int extract(mesh_job *job) {
     surface.keep_doubled = options->keep_doubled;
     surface.triangles = options->triangles;
     surface.skip_normals = options->skip_normals;
+    surface.simplify = options->simplify;
+    surface.simplify_passes = options->simplify_passes;
+    surface.no_reproject = options->no_reproject;
+    surface.relax = options->relax;
     surface.count_only = options->dry_run;
     double started = cli_seconds();
     qn_error error;

@@ -21,11 +21,12 @@ qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error 
     if (count > UINT32_MAX - 1)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "the mesh has %lld halfedges, more than the 2^32 - 2 that can be numbered", (long long)count);
-    uint32_t *twins = qni_alloc(context, count, sizeof *twins);
-    uint32_t *of_vertices = qni_alloc(context, mesh->vertex_count, sizeof *of_vertices);
+    const int64_t room = count + 4 * mesh->quad_slack, vertex_room = mesh->vertex_count + mesh->vertex_slack;
+    uint32_t *twins = qni_alloc(context, room, sizeof *twins);
+    uint32_t *of_vertices = qni_alloc(context, vertex_room, sizeof *of_vertices);
     if (!twins || !of_vertices) {
-        qni_free(context, twins, count, sizeof *twins);
-        qni_free(context, of_vertices, mesh->vertex_count, sizeof *of_vertices);
+        qni_free(context, twins, room, sizeof *twins);
+        qni_free(context, of_vertices, vertex_room, sizeof *of_vertices);
         return qni_fail_memory(error, "the halfedges");
     }
     mesh->twins = twins;
@@ -35,9 +36,9 @@ qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error 
 }
 
 void qni_mesh_free_halfedges(qn_mesh *mesh) {
-    qni_free(mesh->context, mesh->twins, mesh->halfedge_count, sizeof *mesh->twins);
-    if (mesh->vertex_halfedges)
-        qni_free(mesh->context, mesh->vertex_halfedges, mesh->vertex_count, sizeof *mesh->vertex_halfedges);
+    qni_free(mesh->context, mesh->twins, mesh->halfedge_count + 4 * mesh->quad_slack, sizeof *mesh->twins);
+    qni_free(mesh->context, mesh->vertex_halfedges, mesh->vertex_count + mesh->vertex_slack,
+             sizeof *mesh->vertex_halfedges);
     mesh->twins = mesh->vertex_halfedges = NULL;
     mesh->halfedge_count = 0;
 }

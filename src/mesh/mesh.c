@@ -82,9 +82,9 @@ void qn_mesh_destroy(qn_mesh *mesh) {
     if (!mesh)
         return;
     qni_mesh_free_halfedges(mesh);
-    qni_free(mesh->context, mesh->positions, mesh->vertex_count, 3 * sizeof(float));
-    qni_free(mesh->context, mesh->normals, mesh->vertex_count, 3 * sizeof(float));
-    qni_free(mesh->context, mesh->quads, mesh->quad_count, 4 * sizeof(uint32_t));
+    qni_free(mesh->context, mesh->positions, mesh->vertex_count + mesh->vertex_slack, 3 * sizeof(float));
+    qni_free(mesh->context, mesh->normals, mesh->vertex_count + mesh->vertex_slack, 3 * sizeof(float));
+    qni_free(mesh->context, mesh->quads, mesh->quad_count + mesh->quad_slack, 4 * sizeof(uint32_t));
     qni_free(mesh->context, mesh->triangles, mesh->triangle_count, 3 * sizeof(uint32_t));
     qni_free(mesh->context, mesh, 1, sizeof *mesh);
 }

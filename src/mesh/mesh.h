@@ -15,6 +15,7 @@ struct qn_mesh {
     uint32_t *twins;            /* [halfedge_count] or NULL */
     uint32_t *vertex_halfedges; /* [vertex_count] or NULL, together with twins */
     int64_t halfedge_count;     /* 4 quad_count or 3 triangle_count when there are twins, else 0 */
+    int64_t vertex_slack, quad_slack; /* room in the arrays beyond the counts, where some were dropped in place */
     char space[32];
     char unit[16];
 };

@@ -65,9 +65,9 @@ qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *erro
                (size_t)mesh->triangle_count * 3 * sizeof(uint32_t));
     qni_mesh_free_halfedges(mesh);
     qni_free(mesh->context, mesh->triangles, mesh->triangle_count, 3 * sizeof(uint32_t));
-    qni_free(mesh->context, mesh->quads, mesh->quad_count, 4 * sizeof(uint32_t));
+    qni_free(mesh->context, mesh->quads, mesh->quad_count + mesh->quad_slack, 4 * sizeof(uint32_t));
     mesh->quads = NULL;
-    mesh->quad_count = 0;
+    mesh->quad_count = mesh->quad_slack = 0;
     mesh->triangles = triangles;
     mesh->triangle_count = count;
     return QN_OK;

@@ -62,6 +62,22 @@ QN_API qn_halfedges qn_mesh_get_halfedges(const qn_mesh *mesh);
  * QN_ERROR_INVALID_ARGUMENT  quads and triangles mixed; more than 2^32 - 2 halfedges */
 QN_API qn_status qn_mesh_build_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
 
+/* ---- curvature ------------------------------------------------------------------------------- */
+
+/* Mean and Gaussian curvature at every vertex, from how the normals turn between it and the corners of its faces; of the mesh's
+ * normals where it has them (more accurate by far on iso-surfaces), else of its faces'.
+ *
+ * mean_out      [vertex_count], 1 / length: half the sum of the principal curvatures, positive where the surface falls away
+ *               from its normal on both sides (a sphere of radius r with normals outward: 1 / r). May be NULL.
+ * gaussian_out  [vertex_count], 1 / length^2: their product. May be NULL.
+ *
+ * Both are 0 at vertices without faces, or whose neighbours do not span a plane. The same for every thread count.
+ *
+ * Source: Goldfeather and Interrante, "A novel cubic-order algorithm for approximating principal direction vectors", 2004.
+ * Departure: normals alone are fitted, positions of iso-surfaces being too rough for second derivatives. */
+QN_API qn_status qn_mesh_get_curvature(qn_context *context, const qn_mesh *mesh, float *mean_out,
+                                       float *gaussian_out, qn_error *error);
+
 /* ---- checks ---------------------------------------------------------------------------------- */
 
 typedef struct qn_mesh_check_options {

@@ -28,6 +28,14 @@ typedef struct qn_surface_options {
     bool count_only;         /* dry run: fill the reports, make no mesh */
     bool keep_doubled;       /* leave doubled edges as [DMC21] makes them; default: take them apart */
     bool halfedges;          /* give the mesh its halfedges (not together with `triangles`) */
+    /* Fewer irregular vertices ([DMC21] section 4): quads of valences 3-X-3-Y (X, Y >= 5) and 3-3-3-3 are removed. The mesh
+     * keeps its components, its Euler characteristic and its orientation, and stays a manifold where it was one. */
+    bool simplify;
+    int32_t simplify_passes; /* 0: until nothing is left to remove; n: at most n passes; -1: the paper's own single pass */
+    bool no_reproject;       /* leave the vertices made by simplification at the middle of the two they replace, as in the
+                              * paper; default: they are put back onto the surface */
+    int32_t relax;           /* sweeps of tangential relaxation: vertices slide on the surface, each in its own cell, towards
+                              * squarer quads (equation (9)); 3 to 5 do most of it. After simplification. */
 } qn_surface_options;
 
 static inline void qn_surface_options_init(qn_surface_options *options) {
@@ -55,6 +63,13 @@ typedef struct qn_surface_report {
     int64_t output_bytes;      /* memory of the mesh */
     int64_t scratch_bytes;     /* most memory held beside it */
     double seconds_classify, seconds_emit, seconds_total;
+    /* With options->simplify and options->relax; `vertices` and `quads` are then those of the finished mesh. */
+    int64_t merged_quads;       /* removed by 3-X-3-Y */
+    int64_t shrunk_quads;       /* removed by 3-3-3-3 */
+    int64_t unprojected_points; /* merged vertices that took an old one's place, the surface being out of reach from the middle */
+    int64_t relaxed_vertices;   /* vertices that relaxation moved */
+    int32_t simplify_passes;
+    double seconds_simplify, seconds_relax;
 } qn_surface_report;
 
 /* Extract the surfaces { p : volume(p) = iso } of the trilinear interpolant as consistently oriented quad
@@ -76,7 +91,7 @@ typedef struct qn_surface_report {
  *
  * The result is the same, bit for bit, for every thread count.
  *
- * QN_ERROR_INVALID_ARGUMENT   a non-finite iso-value, an unset struct_size
+ * QN_ERROR_INVALID_ARGUMENT   a non-finite iso-value, an unset struct_size, simplify_passes below -1, a negative relax
  * QN_ERROR_OUT_OF_MEMORY      the allocator returned NULL; or more than 2^32 - 1 vertices
  * QN_ERROR_CANCELLED          the progress callback asked to stop
  *

@@ -132,6 +132,21 @@ static void load_lattice_part(const qni_field *field, int64_t from, int64_t end,
         out[end - 1 - from] = outside_of(field, out[last - from]);
 }
 
+void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]) {
+    bool inner = true;
+    for (int a = 0; a < 3; ++a)
+        inner = inner && cell[a] >= field->border && cell[a] + 1 < field->samples[a] - field->border;
+    for (int n = 0; n < 4; ++n) {
+        const int64_t y = cell[1] + (n & 1), z = cell[2] + (n >> 1);
+        if (inner) {
+            load_row(field, cell[0], y, z, 2, corner + 2 * n);
+            continue;
+        }
+        corner[2 * n] = qni_field_value(field, cell[0], y, z);
+        corner[2 * n + 1] = qni_field_value(field, cell[0] + 1, y, z);
+    }
+}
+
 /* What a tile has of the lattice along one axis: positions [begin, end) of its 11. */
 typedef struct tile_span {
     int begin, end;
