@@ -8,18 +8,17 @@
 #include "core/parallel.h"
 #include "core/status.h"
 
-#include <math.h>
-
 /* A quad's four vertices lie in the cells round its lattice edge: along the edge's axis their cells agree, and the edge starts at
  * the highest. (A vertex that rounding put over a border costs at most a worse colour, and colours only say who goes first.) */
-static uint8_t colour_of(const qni_projector *projector, const qn_mesh *mesh, int64_t quad) {
-    int64_t low[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, high[3] = {INT64_MIN, INT64_MIN, INT64_MIN};
+static uint8_t colour_of(const void *user, const qn_mesh *mesh, int64_t quad) {
+    const qni_projector *projector = user;
+    int64_t low[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, high[3] = {0, 0, 0};
     for (int k = 0; k < 4; ++k) {
         const float *p = mesh->positions + 3 * (int64_t)mesh->quads[4 * quad + k];
         for (int a = 0; a < 3; ++a) {
             const double *row = projector->lattice[a];
             const double at = (row[0] * (double)p[0] + row[1] * (double)p[1]) + (row[2] * (double)p[2] + row[3]);
-            const int64_t cell = (int64_t)floor(at);
+            const int64_t cell = (int64_t)at; /* not negative, but for rounding */
             low[a] = cell < low[a] ? cell : low[a];
             high[a] = cell > high[a] ? cell : high[a];
         }
@@ -28,24 +27,13 @@ static uint8_t colour_of(const qni_projector *projector, const qn_mesh *mesh, in
     return (uint8_t)(2 * axis + ((high[0] + high[1] + high[2]) & 1));
 }
 
-static uint8_t *colour_quads(qni_dmc *dmc, const qni_projector *projector, const qn_mesh *mesh) {
-    uint8_t *colours = qni_alloc(dmc->context, mesh->quad_count, 1);
-    const int64_t count = colours ? mesh->quad_count : 0;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(dmc->context))
-    for (int64_t q = 0; q < count; ++q)
-        colours[q] = colour_of(projector, mesh, q);
-    return colours;
-}
-
 static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, const qni_projector *projector,
                           const qn_surface_options *options, qn_surface_report *report, qn_error *error) {
     const double start = qni_seconds();
-    const int64_t quads = mesh->quad_count;
-    uint8_t *own = colours ? NULL : colour_quads(dmc, projector, mesh);
-    if (!colours && !own)
-        return qni_fail_memory(error, "the colours of quads");
     const qni_simplify_options how = {
-        .colours = colours ? colours : own,
+        .colours = colours,
+        .colour = colour_of,
+        .colour_user = projector,
         .passes = options->simplify_passes > 0 ? options->simplify_passes : 0,
         .paper = options->simplify_passes < 0,
         .project = options->no_reproject ? NULL : qni_project_near,
@@ -53,7 +41,6 @@ static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, c
     };
     qni_simplify_report done;
     const qn_status status = qni_simplify(dmc->context, mesh, &how, &done, error);
-    qni_free(dmc->context, own, quads, 1);
     report->merged_quads = done.merged_quads;
     report->shrunk_quads = done.shrunk_quads;
     report->unprojected_points = done.unprojected;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Relaxation by sweeps. Each quad is fitted with the nearest square; a vertex wishes itself to the mean of its corners of
- * those squares, along the tangent plane. (The mean of the neighbours, tried first, gains half as much in equation (9): it evens
- * out lengths, not angles.) Then all move; where a quad came out worse than the worst round one of its corners was, its
- * corners go back, until nothing is worse. */
+/* Relaxation by sweeps. Each quad is fitted with the nearest square, for which [DMC21] equation (9) is 1; a vertex wishes itself to
+ * the mean of its corners of those squares, along the tangent plane. Then all move; where a quad came out worse than the worst
+ * round one of its corners was, its corners go back, until nothing is worse. */
 #include "dmc/relax.h"
 #include "dmc/relax_hd.h"
 #include "core/context.h"
@@ -22,6 +21,7 @@ typedef struct job {
     int32_t *cells;     /* [vertices][3] */
     uint8_t *state;     /* [vertices] */
     float *worst;       /* [vertices]: least shape round it */
+    float *across;      /* [quads][3]: unit means of the corners' normals, as they were in the beginning */
     float *shape;       /* [quads] */
     uint8_t *worse;     /* [quads] */
     qni_relax_report report;
@@ -51,11 +51,11 @@ static void corners_of(const job *j, int64_t quad, bool wished, const float *cor
     }
 }
 
-/* The unit mean of the corners' normals. */
-static void normal_of(const job *j, int64_t quad, float normal[3]) {
+static void set_across(const job *j, int64_t quad) {
     const uint32_t *v = j->mesh->quads + 4 * quad;
     const float *n0 = j->normals + 3 * (int64_t)v[0], *n1 = j->normals + 3 * (int64_t)v[1];
     const float *n2 = j->normals + 3 * (int64_t)v[2], *n3 = j->normals + 3 * (int64_t)v[3];
+    float *normal = j->across + 3 * quad;
     for (int a = 0; a < 3; ++a)
         normal[a] = (n0[a] + n1[a]) + (n2[a] + n3[a]);
     const float squares = qni_dot(normal, normal), scale = squares > 0 ? 1 / sqrtf(squares) : 0;
@@ -65,10 +65,8 @@ static void normal_of(const job *j, int64_t quad, float normal[3]) {
 
 static float shape_of(const job *j, int64_t quad, bool wished) {
     const float *corner[4];
-    float normal[3];
     corners_of(j, quad, wished, corner);
-    normal_of(j, quad, normal);
-    return qni_quad_shape(corner, normal);
+    return qni_quad_shape(corner, j->across + 3 * quad);
 }
 
 /* The least shape round a vertex if it alone stood at `place`. */
@@ -77,11 +75,9 @@ static float least_round(const job *j, uint32_t start, const float place[3]) {
     uint32_t h = start;
     do {
         const float *corner[4];
-        float normal[3];
         corners_of(j, h >> 2, false, corner);
         corner[h & 3] = place;
-        normal_of(j, h >> 2, normal);
-        const float shape = qni_quad_shape(corner, normal);
+        const float shape = qni_quad_shape(corner, j->across + 3 * (int64_t)(h >> 2));
         least = shape < least ? shape : least;
         h = next_round(j->mesh, h);
     } while (h != start);
@@ -96,10 +92,9 @@ static void wish(const job *j, int64_t v, float place[3]) {
     uint32_t h = start;
     do {
         const float *corner[4];
-        float normal[3], square[3];
+        float square[3];
         corners_of(j, h >> 2, false, corner);
-        normal_of(j, h >> 2, normal);
-        qni_square_corner(corner, normal, (int)(h & 3), square);
+        qni_square_corner(corner, j->across + 3 * (int64_t)(h >> 2), (int)(h & 3), square);
         for (int a = 0; a < 3; ++a)
             sum[a] += square[a] - here[a];
         count += 1;
@@ -155,9 +150,12 @@ static int64_t take_back(job *j) {
 #pragma omp parallel for schedule(static) num_threads(j->threads)
     for (int64_t q = 0; q < mesh->quad_count; ++q) {
         const uint32_t *v = mesh->quads + 4 * q;
+        if (!((j->state[v[0]] | j->state[v[1]] | j->state[v[2]] | j->state[v[3]]) & MOVES)) {
+            j->worse[q] = 0;
+            continue;
+        }
         const float least = fmaxf(fmaxf(j->worst[v[0]], j->worst[v[1]]), fmaxf(j->worst[v[2]], j->worst[v[3]]));
-        const bool moves = (j->state[v[0]] | j->state[v[1]] | j->state[v[2]] | j->state[v[3]]) & MOVES;
-        j->worse[q] = moves && !(shape_of(j, q, true) >= least);
+        j->worse[q] = (uint8_t)!(shape_of(j, q, true) >= least);
     }
 #pragma omp parallel for schedule(static) num_threads(j->threads) reduction(+ : taken)
     for (int64_t v = 0; v < mesh->vertex_count; ++v) {
@@ -210,6 +208,9 @@ static void settle_homes(job *j) {
             surface->normal(surface->user, j->cells + 3 * v, mesh->positions + 3 * v, j->normals + 3 * v);
         }
     }
+#pragma omp parallel for schedule(static) num_threads(j->threads)
+    for (int64_t q = 0; q < mesh->quad_count; ++q)
+        set_across(j, q);
 }
 
 /* The way is over: count, and bring the normals along. */
@@ -249,9 +250,10 @@ qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qn
     j.cells = qni_alloc(context, vertices, 3 * sizeof(int32_t));
     j.state = qni_alloc(context, vertices, 1);
     j.worst = qni_alloc(context, vertices, sizeof(float));
+    j.across = qni_alloc(context, quads, 3 * sizeof(float));
     j.shape = qni_alloc(context, quads, sizeof(float));
     j.worse = qni_alloc(context, quads, 1);
-    const bool good = j.normals && j.wished && j.cells && j.state && j.worst && j.shape && j.worse;
+    const bool good = j.normals && j.wished && j.cells && j.state && j.worst && j.across && j.shape && j.worse;
     qn_status status = good ? run(&j, sweeps, error) : qni_fail_memory(error, "relaxing the mesh");
     if (j.normals != mesh->normals)
         qni_free(context, j.normals, vertices, 3 * sizeof(float));
@@ -259,6 +261,7 @@ qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qn
     qni_free(context, j.cells, vertices, 3 * sizeof(int32_t));
     qni_free(context, j.state, vertices, 1);
     qni_free(context, j.worst, vertices, sizeof(float));
+    qni_free(context, j.across, quads, 3 * sizeof(float));
     qni_free(context, j.shape, quads, sizeof(float));
     qni_free(context, j.worse, quads, 1);
     j.report.seconds = qni_seconds() - start;

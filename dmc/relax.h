@@ -21,9 +21,9 @@ typedef struct qni_relax_report {
     double seconds;
 } qni_relax_report;
 
-/* The mesh must have quads alone, and halfedges. In each of the sweeps every vertex of a closed fan looks at where it stood best for
- * the quads round it; all then move at once. No vertex ends with a worse worst quad than it had before the sweep, and none is
- * turned. Normals, where the mesh has them, are found anew for those that moved. Same bytes for any number of threads. */
+/* The mesh must have quads alone, and halfedges. In each of the sweeps every vertex of a closed fan looks for a place better for
+ * the quads round it; all then move at once. No vertex ends a sweep with a worse worst quad than it had before, so none is turned
+ * over. Normals, where the mesh has them, are found anew for those that moved. Same bytes for any number of threads. */
 qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qni_slide *surface,
                     qni_relax_report *report_out, qn_error *error);
 

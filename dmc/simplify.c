@@ -22,6 +22,7 @@ typedef struct job {
     int64_t blocks;
     int64_t *before;      /* [blocks + 1]: list entries before each block */
     uint8_t *touched;     /* [blocks]: quads in the block are to be looked at */
+    uint8_t *colours;     /* [quads]: asked for, where there is a colour; else NULL */
     uint32_t *list;       /* [capacity]: quads that may go, ascending */
     uint8_t *taken;       /* [capacity]: those of this round */
     int64_t count, capacity;
@@ -115,6 +116,8 @@ static int64_t find_kinds_of_block(const job *j, int64_t block, bool rings) {
             continue;
         *kind = (uint8_t)qni_kind_of_quad(&j->links, (uint32_t)q);
         found += belongs(*kind, rings);
+        if (j->colours && *kind != QNI_QUAD_STAYS)
+            j->colours[q] = j->options->colour(j->options->colour_user, j->mesh, q);
         others += *kind != QNI_QUAD_STAYS;
     }
     j->touched[block] = others > 0;
@@ -405,14 +408,19 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
     j.before = qni_alloc(context, j.blocks + 1, sizeof *j.before);
     j.touched = qni_alloc(context, j.blocks, 1);
     uint8_t *valence = qni_alloc(context, vertices + 1, 1), *kind = qni_alloc(context, quads + 1, 1);
-    const qni_links links = {mesh->quads, mesh->twins, mesh->vertex_halfedges, valence, kind, options->colours};
+    const bool asks = !options->colours && options->colour;
+    j.colours = asks ? qni_alloc(context, quads, 1) : NULL;
+    const qni_links links = {mesh->quads, mesh->twins, mesh->vertex_halfedges, valence, kind,
+                             asks ? j.colours : options->colours};
     j.links = links;
-    qn_status status = j.before && j.touched && valence && kind ? run(&j, error)
+    const bool good = j.before && j.touched && valence && kind && (j.colours || !asks);
+    qn_status status = good ? run(&j, error)
                                                               : qni_fail_memory(error, "the marks of vertices and quads");
     qni_free(context, j.before, j.blocks + 1, sizeof *j.before);
     qni_free(context, valence, vertices + 1, 1);
     qni_free(context, kind, quads + 1, 1);
     qni_free(context, j.touched, j.blocks, 1);
+    qni_free(context, j.colours, quads, 1);
     qni_free(context, j.list, j.capacity, sizeof *j.list);
     qni_free(context, j.taken, j.capacity, sizeof *j.taken);
     j.report.seconds = qni_seconds() - start;

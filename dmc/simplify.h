@@ -10,7 +10,10 @@
 typedef bool (*qni_onto_surface)(const void *user, const float normal[3], float position[3]);
 
 typedef struct qni_simplify_options {
-    const uint8_t *colours; /* [quads]: quads of lower colour go first; NULL: by scattered number alone */
+    const uint8_t *colours; /* [quads]: quads of lower colour go first; NULL: */
+    /* the colour of a quad, asked for those that may go; NULL as well: they go by scattered number alone */
+    uint8_t (*colour)(const void *user, const qn_mesh *mesh, int64_t quad);
+    const void *colour_user;
     int32_t passes;         /* at most so many; 0: until nothing is left to do */
     bool paper;             /* [DMC21] section 4.1 for 3-X-3-Y, to compare: one pass, one look at the colours */
     qni_onto_surface project; /* NULL: new vertices stay at the middle of the two they replace, as in the paper */
