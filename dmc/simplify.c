@@ -273,16 +273,17 @@ static void look_round_merged(job *j) {
         }
 }
 
-/* A merged vertex has come up to valence 4: rings that have it as an outer corner may shrink now. */
+/* A merged vertex has come up to valence 4: rings that have it as an outer corner may shrink now. The middle of such a ring lies
+ * across from it at a neighbour of valence 3. */
 static void mark_middles(const job *j, uint32_t start) {
     const qni_links *links = &j->links;
     uint32_t h = start;
     do {
-        for (uint32_t n = 1; n < 3; ++n) {
-            const uint32_t across = links->twin[(h & ~UINT32_C(3)) | ((h + n) & 3)];
-            if (across != QN_NO_HALFEDGE && qni_kind_now(links, across >> 2) == QNI_QUAD_STAYS &&
-                qni_kind_of_quad(links, across >> 2) == QNI_QUAD_SHRINKS)
-                mark_pending(j, across >> 2);
+        const uint32_t ahead = qni_next_side(h);
+        if (links->valence[links->origin[ahead]] == 3) {
+            const uint32_t middle = links->twin[ahead] >> 2;
+            if (qni_kind_now(links, middle) == QNI_QUAD_STAYS && qni_kind_of_quad(links, middle) == QNI_QUAD_SHRINKS)
+                mark_pending(j, middle);
         }
         h = qni_next_round(links->twin, h);
     } while (h != start);
@@ -414,8 +415,7 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
                              asks ? j.colours : options->colours};
     j.links = links;
     const bool good = j.before && j.touched && valence && kind && (j.colours || !asks);
-    qn_status status = good ? run(&j, error)
-                                                              : qni_fail_memory(error, "the marks of vertices and quads");
+    const qn_status status = good ? run(&j, error) : qni_fail_memory(error, "the marks of vertices and quads");
     qni_free(context, j.before, j.blocks + 1, sizeof *j.before);
     qni_free(context, valence, vertices + 1, 1);
     qni_free(context, kind, quads + 1, 1);
