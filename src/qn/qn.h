@@ -7,5 +7,6 @@
 #include <qn/volume.h>
 #include <qn/surface.h>
 #include <qn/mesh.h>
+#include <qn/solid.h>
 
 #endif

@@ -43,6 +43,77 @@ QN_API qn_status qn_solid_from_callback(qn_context *context, const qn_solid_call
                                         qn_solid **solid_out, qn_error *error);
 QN_API void qn_solid_destroy(qn_solid *solid);
 
+/* Primitives. `fragments` is the number of flat facets round a circle, at least 3; 0 makes it round. A facetted sphere or
+ * cylinder has its corners on the round one, as in OpenSCAD. A part with no room inside (a radius or an edge of
+ * 0) is empty, which is no error; negative or non-finite numbers are QN_ERROR_INVALID_ARGUMENT. */
+QN_API qn_status qn_solid_box(qn_context *context, const double low[3], const double high[3],
+                              qn_solid **solid_out, qn_error *error);
+QN_API qn_status qn_solid_sphere(qn_context *context, double radius, int32_t fragments, qn_solid **solid_out,
+                                 qn_error *error);
+/* Along z from 0 to `height`; two radii make a cone. */
+QN_API qn_status qn_solid_cylinder(qn_context *context, double height, double low_radius, double high_radius,
+                                   int32_t fragments, qn_solid **solid_out, qn_error *error);
+/* Round z; tube_radius <= ring_radius. */
+QN_API qn_status qn_solid_torus(qn_context *context, double ring_radius, double tube_radius,
+                                qn_solid **solid_out, qn_error *error);
+/* { p : normal . p < distance |normal| }, without end. */
+QN_API qn_status qn_solid_half_space(qn_context *context, const double normal[3], double distance,
+                                     qn_solid **solid_out, qn_error *error);
+
+/* Booleans. The parts are retained, so the caller still destroys its own references, at any time. No parts make an empty
+ * solid. Where two parts have the same surface the earlier one gives normal and owner. */
+QN_API qn_status qn_solid_union(qn_context *context, int64_t count, qn_solid *const *parts,
+                                qn_solid **solid_out, qn_error *error);
+QN_API qn_status qn_solid_intersection(qn_context *context, int64_t count, qn_solid *const *parts,
+                                       qn_solid **solid_out, qn_error *error);
+/* The first part without all the others. */
+QN_API qn_status qn_solid_difference(qn_context *context, int64_t count, qn_solid *const *parts,
+                                     qn_solid **solid_out, qn_error *error);
+QN_API qn_status qn_solid_complement(qn_context *context, qn_solid *part, qn_solid **solid_out, qn_error *error);
+
+/* matrix[row][column]: moves points of the part to where they come to lie. It must be invertible. */
+QN_API qn_status qn_solid_transform(qn_context *context, qn_solid *part, const double matrix[3][4],
+                                    qn_solid **solid_out, qn_error *error);
+/* { p : f(p) < distance }. Grown by that distance where f is a distance (round parts, outside of flat ones along their
+ * faces); corners stay sharp, for f is not rounded there. Negative distances shrink. */
+QN_API qn_status qn_solid_offset(qn_context *context, qn_solid *part, double distance, qn_solid **solid_out,
+                                 qn_error *error);
+/* The same solid, all of whose surface belongs to `owner`. */
+QN_API qn_status qn_solid_with_owner(qn_context *context, qn_solid *part, int32_t owner, qn_solid **solid_out,
+                                     qn_error *error);
+
+typedef struct qn_solid_read_options {
+    size_t struct_size;      /* set by qn_solid_read_options_init() */
+    double low[3], high[3];  /* of .vm files, which name no region: all 0 means -1 to 1 along each axis */
+    bool smooth_primitives;  /* of .csg files: round spheres, cylinders and circles where OpenSCAD has facets */
+} qn_solid_read_options;
+
+static inline void qn_solid_read_options_init(qn_solid_read_options *options) {
+    qn_solid_read_options zero;
+    char *byte = (char *)&zero;
+    for (size_t i = 0; i < sizeof zero; ++i)
+        byte[i] = 0;
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* Read a solid: .vm (expression tapes, one operation a line).
+ * options may be NULL. The format is that of the name's ending.
+ * QN_ERROR_INPUT        the file cannot be read or breaks its format; the message names line and what was expected
+ * QN_ERROR_UNSUPPORTED  it uses something that Quoin lacks; the message names it */
+QN_API qn_status qn_solid_read(qn_context *context, const char *path, const qn_solid_read_options *options,
+                               qn_solid **solid_out, qn_error *error);
+/* The same from memory; `name` ends as a file's would and is used in messages. */
+QN_API qn_status qn_solid_read_text(qn_context *context, const char *name, const char *bytes, int64_t size,
+                                    const qn_solid_read_options *options, qn_solid **solid_out,
+                                    qn_error *error);
+
+/* A box that holds the solid; infinite for half-spaces and the like, low = high for an empty solid. */
+QN_API void qn_solid_get_box(const qn_solid *solid, double low[3], double high[3]);
+/* values[n] = f(points[n]), negative inside. */
+QN_API qn_status qn_solid_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values,
+                                 qn_error *error);
+
 #ifdef __cplusplus
 }
 #endif

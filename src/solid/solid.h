@@ -35,14 +35,25 @@ typedef struct qni_solid_ops {
     /* A solid that agrees with this one inside the box and is cheaper there; may be the solid itself with
      * one more reference. */
     qn_status (*restrict_to)(const qn_solid *solid, const qni_box *box, qn_solid **solid_out);
+    /* Bounds of the derivative of f along b - a on the segment a - b; true when they are known. May be NULL. Bounds on
+     * one side of 0 say that f rises or falls all the way, so that the ends tell all. */
+    bool (*slope)(const qn_solid *solid, const double a[3], const double b[3], double range[2]);
 } qni_solid_ops;
 
 struct qn_solid {
     const qni_solid_ops *ops;
     qn_context *context;
     int64_t references; /* changed with atomic operations */
-    qni_box box;        /* holds the solid */
+    qni_box box;        /* holds the solid; infinite for half-spaces and the like, low = high when it is empty */
+    int32_t depth;      /* levels of the tree below and with this one */
+    int32_t owner;      /* of leaves: what gradients and crossings say */
 };
+
+/* The crossings of any solid whose values and bounds are all that is known: the segment is cut into up to 32 pieces where
+ * the bounds leave the surface possible, and each change of sign is followed to 1e-14 of the segment. Where bounds are
+ * not known, one crossing at most is found, from the signs at the ends. */
+qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
+                             qni_crossing *crossings, int32_t *count_out);
 
 qn_solid *qni_solid_retain(const qn_solid *solid);
 

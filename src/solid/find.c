@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+/* Crossings from values and bounds alone: pieces where the surface may be, then a bracketing root finder
+ * (Chandrupatla 1997: inverse quadratic steps where they are safe, else halving). */
+#include "solid/node.h"
+
+#include <math.h>
+
+enum { PIECES = 32, MOST_STEPS = 120 };
+static const double tolerance = 1e-14;
+
+typedef struct walk {
+    const qn_solid *solid;
+    const double *a, *b;
+    bool possible[PIECES]; /* the surface may be in this piece */
+} walk;
+
+static void place(const walk *way, double t, double point[3]) {
+    for (int k = 0; k < 3; ++k)
+        point[k] = t <= 0 ? way->a[k] : t >= 1 ? way->b[k] : way->a[k] + t * (way->b[k] - way->a[k]);
+}
+
+static qn_status value_at(const walk *way, double t, double *value_out) {
+    double point[1][3];
+    place(way, t, point[0]);
+    return way->solid->ops->values(way->solid, 1, (const double(*)[3])point, value_out);
+}
+
+/* Signs only matter; NaN and infinities would spoil the steps. */
+static double tame(double value) {
+    if (!(value < 1e300))
+        return 1e300;
+    return value < -1e300 ? -1e300 : value;
+}
+
+/* Mark the pieces first .. first + count - 1, a power of two, that the bounds do not rule out. */
+static qn_status mark(walk *way, int first, int count) {
+    double low[3], high[3], range[2];
+    place(way, (double)first / PIECES, low);
+    place(way, (double)(first + count) / PIECES, high);
+    qni_box box = qni_segment_box(low, high);
+    QN_TRY(way->solid->ops->bounds(way->solid, &box, range));
+    if (range[0] > 0 || range[1] < 0)
+        return QN_OK;
+    if (count == 1) {
+        way->possible[first] = true;
+        return QN_OK;
+    }
+    QN_TRY(mark(way, first, count / 2));
+    return mark(way, first + count / 2, count / 2);
+}
+
+/* Chandrupatla's method between t0 and t1, where the signs differ. */
+static qn_status bracket(const walk *way, double t0, double v0, double t1, double v1, double *root_out) {
+    double a = t1, fa = tame(v1), b = t0, fb = tame(v0), c = t0, fc = fb, step = 0.5;
+    for (int i = 0; i < MOST_STEPS; ++i) {
+        double t = a + step * (b - a), value;
+        QN_TRY(value_at(way, t, &value));
+        value = tame(value);
+        if ((value < 0) == (fa < 0)) {
+            c = a, fc = fa;
+        } else {
+            c = b, fc = fb;
+            b = a, fb = fa;
+        }
+        a = t, fa = value;
+        double width = fabs(b - a);
+        if (fa == 0 || width <= tolerance)
+            break;
+        double least = 0.5 * tolerance / width;
+        double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
+        step = 0.5;
+        if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
+            step = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb);
+        step = step < least ? least : step > 1 - least ? 1 - least : step == step ? step : 0.5;
+    }
+    *root_out = fabs(fa) < fabs(fb) ? a : b;
+    return QN_OK;
+}
+
+/* The one change of sign: first to its piece by halving, so that a solid and its restriction to a box, whose bounds
+ * may be narrower, walk the same way and find the same bits. */
+static qn_status single(const walk *way, const double ends[2], double *root_out) {
+    int low = 0, high = PIECES;
+    double v0 = ends[0], v1 = ends[1];
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        double value;
+        QN_TRY(value_at(way, (double)middle / PIECES, &value));
+        bool left = (value < 0) != (v0 < 0);
+        *(left ? &high : &low) = middle;
+        *(left ? &v1 : &v0) = value;
+    }
+    return bracket(way, (double)low / PIECES, v0, (double)high / PIECES, v1, root_out);
+}
+
+static qn_status describe(const walk *way, double t, bool enters, qni_crossing *crossing) {
+    double point[1][3], gradient[1][3], along[3], back[3] = {1, 0, 0};
+    for (int k = 0; k < 3; ++k)
+        along[k] = enters ? way->a[k] - way->b[k] : way->b[k] - way->a[k];
+    qni_unit(along, back, back);
+    place(way, t, point[0]);
+    QN_TRY(way->solid->ops->gradients(way->solid, 1, (const double(*)[3])point, gradient,
+                                      &crossing->owner));
+    qni_unit(gradient[0], back, crossing->normal); /* no gradient: straight out along the segment */
+    crossing->at = t;
+    crossing->enters = enters;
+    return QN_OK;
+}
+
+/* Whether one sign at each end says everything: nothing is known between them, or f rises or falls throughout. */
+static qn_status ends_say_all(const walk *way, bool *result_out) {
+    double range[2];
+    qni_box box = qni_segment_box(way->a, way->b);
+    QN_TRY(way->solid->ops->bounds(way->solid, &box, range));
+    *result_out = range[0] > 0 || range[1] < 0 || (isinf(range[0]) && isinf(range[1]));
+    if (!*result_out && way->solid->ops->slope && way->solid->ops->slope(way->solid, way->a, way->b, range))
+        *result_out = range[0] > 0 || range[1] < 0;
+    return QN_OK;
+}
+
+qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
+                             qni_crossing *crossings, int32_t *count_out) {
+    walk way = {.solid = solid, .a = a, .b = b};
+    *count_out = 0;
+    bool simple;
+    QN_TRY(ends_say_all(&way, &simple));
+    double ends[2][3], values[2];
+    for (int k = 0; k < 3; ++k)
+        ends[0][k] = a[k], ends[1][k] = b[k];
+    QN_TRY(solid->ops->values(solid, 2, (const double(*)[3])ends, values));
+    if (simple) {
+        if ((values[0] < 0) == (values[1] < 0) || capacity < 1)
+            return QN_OK;
+        double root;
+        QN_TRY(single(&way, values, &root));
+        QN_TRY(describe(&way, root, values[1] < 0, &crossings[0]));
+        *count_out = 1;
+        return QN_OK;
+    }
+    QN_TRY(mark(&way, 0, PIECES));
+    double roots[PIECES];
+    int32_t found = 0;
+    double previous = values[0], last_t = 0;
+    for (int i = 0; i < PIECES; ++i) {
+        /* Where the surface cannot be the sign stays, and a sample there is of no use. */
+        bool next_possible = i + 1 < PIECES && way.possible[i + 1];
+        if (!way.possible[i] && !next_possible && i + 1 < PIECES)
+            continue;
+        double t = (double)(i + 1) / PIECES, value = values[1];
+        if (i + 1 < PIECES)
+            QN_TRY(value_at(&way, t, &value));
+        if ((value < 0) != (previous < 0))
+            QN_TRY(bracket(&way, last_t, previous, t, value, &roots[found++]));
+        previous = value;
+        last_t = t;
+    }
+    /* What has no room goes in pairs, so that the signs at the ends stay true. */
+    int32_t kept = found;
+    while (kept > capacity)
+        kept -= 2;
+    for (int32_t i = 0; i < kept; ++i)
+        QN_TRY(describe(&way, roots[i], (values[0] < 0) == (i % 2 != 0), &crossings[i]));
+    *count_out = kept > 0 ? kept : 0;
+    return QN_OK;
+}

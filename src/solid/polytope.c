@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+/* Convex polytopes: intersections of half-spaces. Cubes, facetted spheres and cylinders, hulls. The value is the largest
+ * of the distances to the planes, so edges and corners are sharp, and crossings are exact: one division each. */
+#include "solid/primitives.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct plane {
+    double normal[3], distance;
+    double tie; /* the value of a point on the plane: see QNI_TIE */
+} plane;
+
+typedef struct polytope {
+    qn_solid base;
+    plane *planes;
+    int64_t count;
+} polytope;
+
+static void destroy(qn_solid *solid) {
+    polytope *p = (polytope *)solid;
+    qni_free(solid->context, p->planes, p->count, sizeof *p->planes);
+    qni_solid_free(solid, sizeof *p);
+}
+
+static inline double plane_value(const plane *s, double x, double y, double z) {
+    double value = s->normal[0] * x + s->normal[1] * y + s->normal[2] * z - s->distance;
+    return value == 0 ? s->tie : value;
+}
+
+static qn_status polytope_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+    const polytope *p = (const polytope *)solid;
+    double x[QNI_SOLID_BLOCK], y[QNI_SOLID_BLOCK], z[QNI_SOLID_BLOCK];
+    for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
+        int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
+        double *most = values + first;
+        for (int64_t i = 0; i < block; ++i) {
+            x[i] = points[first + i][0];
+            y[i] = points[first + i][1];
+            z[i] = points[first + i][2];
+            most[i] = -QNI_INFINITY;
+        }
+        for (int64_t n = 0; n < p->count; ++n)
+            for (int64_t i = 0; i < block; ++i) {
+                double value = plane_value(&p->planes[n], x[i], y[i], z[i]);
+                most[i] = value > most[i] ? value : most[i];
+            }
+    }
+    return QN_OK;
+}
+
+static qn_status polytope_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                    double (*gradients)[3], int32_t *owners) {
+    const polytope *p = (const polytope *)solid;
+    for (int64_t i = 0; i < count; ++i) {
+        const plane *active = &p->planes[0];
+        double most = -QNI_INFINITY;
+        for (int64_t n = 0; gradients && n < p->count; ++n) {
+            double value = plane_value(&p->planes[n], points[i][0], points[i][1], points[i][2]);
+            if (value > most) {
+                most = value;
+                active = &p->planes[n];
+            }
+        }
+        if (gradients)
+            memcpy(gradients[i], active->normal, sizeof active->normal);
+        if (owners)
+            owners[i] = solid->owner;
+    }
+    return QN_OK;
+}
+
+/* Least and largest value of one plane in the box, with room for rounding. */
+static void plane_range(const plane *s, const qni_box *box, double range[2]) {
+    double low = -s->distance, high = -s->distance, size = fabs(s->distance);
+    for (int k = 0; k < 3; ++k) {
+        if (s->normal[k] == 0)
+            continue;
+        double a = s->normal[k] * box->low[k], b = s->normal[k] * box->high[k];
+        low += a < b ? a : b;
+        high += a < b ? b : a;
+        size += fmax(fabs(a), fabs(b));
+    }
+    range[0] = low - 4 * QNI_EPSILON * size - QNI_TIE;
+    range[1] = high + 4 * QNI_EPSILON * size + QNI_TIE;
+}
+
+static qn_status polytope_bounds(const qn_solid *solid, const qni_box *box, double range[2]) {
+    const polytope *p = (const polytope *)solid;
+    range[0] = range[1] = -QNI_INFINITY;
+    for (int64_t n = 0; n < p->count; ++n) {
+        double each[2];
+        plane_range(&p->planes[n], box, each);
+        range[0] = fmax(range[0], each[0]);
+        range[1] = fmax(range[1], each[1]);
+    }
+    return QN_OK;
+}
+
+static void describe(const plane *s, double at, bool enters, int32_t owner, qni_crossing *crossing) {
+    *crossing = (qni_crossing){.at = at, .owner = owner, .enters = enters};
+    memcpy(crossing->normal, s->normal, sizeof s->normal);
+}
+
+/* The segment is clipped by the planes: it enters through the last plane it comes in by and leaves by the first one. */
+static qn_status polytope_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
+                                    qni_crossing *crossings, int32_t *count_out) {
+    const polytope *p = (const polytope *)solid;
+    const plane *way_in = NULL, *way_out = NULL;
+    double enter = -1, leave = 2;
+    *count_out = 0;
+    for (int64_t n = 0; n < p->count; ++n) {
+        double at_a = plane_value(&p->planes[n], a[0], a[1], a[2]);
+        double at_b = plane_value(&p->planes[n], b[0], b[1], b[2]);
+        if (at_a > 0 && at_b > 0)
+            return QN_OK;
+        if (at_a < 0 && at_b < 0)
+            continue;
+        double at = at_a / (at_a - at_b);
+        if (at_a > 0 && at > enter) {
+            enter = at;
+            way_in = &p->planes[n];
+        } else if (at_a < 0 && at < leave) {
+            leave = at;
+            way_out = &p->planes[n];
+        }
+    }
+    /* Past an edge or a corner: no way in before the way out. */
+    if (way_in && way_out && (enter >= leave || capacity < 2))
+        return QN_OK;
+    int32_t count = 0;
+    if (way_in && count < capacity)
+        describe(way_in, enter, true, solid->owner, &crossings[count++]);
+    if (way_out && count < capacity)
+        describe(way_out, leave, false, solid->owner, &crossings[count++]);
+    *count_out = count;
+    return QN_OK;
+}
+
+static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner, polytope **out);
+
+/* A plane that is below another one all over the box is never the active one there. */
+static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
+    const polytope *p = (const polytope *)solid;
+    double range[2], each[2];
+    int64_t kept = 0;
+    polytope_bounds(solid, box, range);
+    for (int64_t n = 0; n < p->count; ++n) {
+        plane_range(&p->planes[n], box, each);
+        kept += each[1] >= range[0];
+    }
+    if (kept == p->count)
+        return qni_restrict_to_itself(solid, box, solid_out);
+    polytope *smaller;
+    *solid_out = create(solid->context, kept, &solid->box, solid->owner, &smaller);
+    if (!*solid_out)
+        return QN_ERROR_OUT_OF_MEMORY;
+    kept = 0;
+    for (int64_t n = 0; n < p->count; ++n) {
+        plane_range(&p->planes[n], box, each);
+        if (each[1] >= range[0])
+            smaller->planes[kept++] = p->planes[n];
+    }
+    return QN_OK;
+}
+
+static const qni_solid_ops polytope_ops = {
+    .destroy = destroy,
+    .values = polytope_values,
+    .gradients = polytope_gradients,
+    .bounds = polytope_bounds,
+    .crossings = polytope_crossings,
+    .restrict_to = polytope_restrict,
+};
+
+static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner, polytope **out) {
+    polytope *p = (polytope *)qni_solid_new(context, sizeof *p, &polytope_ops);
+    if (!p)
+        return NULL;
+    p->count = count;
+    p->planes = qni_alloc(context, count, sizeof *p->planes);
+    p->base.box = *box;
+    p->base.owner = owner;
+    if (!p->planes) {
+        qni_solid_free(&p->base, sizeof *p);
+        return NULL;
+    }
+    *out = p;
+    return &p->base;
+}
+
+/* The side of a point on the plane, moved by (e, e^2, e^3). */
+static double tie_of(const double normal[3]) {
+    for (int k = 0; k < 3; ++k)
+        if (normal[k] != 0)
+            return normal[k] < 0 ? -QNI_TIE : QNI_TIE;
+    return QNI_TIE;
+}
+
+qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (*planes)[4], const qni_box *box,
+                              int32_t owner) {
+    polytope *p;
+    qn_solid *solid = create(context, count, box, owner, &p);
+    if (!solid)
+        return NULL;
+    for (int64_t n = 0; n < count; ++n) {
+        const double *in = planes[n];
+        plane *out = &p->planes[n];
+        double length = sqrt(in[0] * in[0] + in[1] * in[1] + in[2] * in[2]);
+        for (int k = 0; k < 3; ++k)
+            out->normal[k] = in[k] / length;
+        out->distance = in[3] / length;
+        out->tie = tie_of(out->normal);
+    }
+    return solid;
+}
