@@ -4,8 +4,6 @@
 
 #include <math.h>
 
-static const double below = -1e-3, beyond = 1 + 1e-3;
-
 static double at(int degree, const double *c, double t) {
     double value = c[degree];
     for (int i = degree - 1; i >= 0; --i)
@@ -35,15 +33,15 @@ static double root_between(int degree, const double *c, const double *slope, dou
     return t;
 }
 
-int qni_polynomial_roots(int degree, const double c[5], double roots[4]) {
+int qni_polynomial_roots(int degree, const double c[5], double low, double high, double roots[4]) {
     if (degree == 0)
         return 0;
     double slope[5], turns[6];
     for (int i = 0; i < degree; ++i)
         slope[i] = (i + 1) * c[i + 1];
-    int turn_count = 1 + qni_polynomial_roots(degree - 1, slope, turns + 1), count = 0;
-    turns[0] = below;
-    turns[turn_count++] = beyond;
+    int turn_count = 1 + qni_polynomial_roots(degree - 1, slope, low, high, turns + 1), count = 0;
+    turns[0] = low;
+    turns[turn_count++] = high;
     for (int i = 0; i + 1 < turn_count; ++i)
         if ((at(degree, c, turns[i]) < 0) != (at(degree, c, turns[i + 1]) < 0))
             roots[count++] = root_between(degree, c, slope, turns[i], turns[i + 1]);

@@ -116,14 +116,39 @@ static qn_status round_bounds(const qn_solid *solid, const qni_box *box, double 
     return QN_OK;
 }
 
-/* The polynomial in t of the surface on a + t (b - a), of degree 2 or 4. Squared equations: the cone's has a second
- * nappe, which `is_real` tells apart. */
-static int polynomial_of(const round_solid *s, const double a[3], const double b[3], double c[5]) {
-    double p[3], d[3];
+/* A segment by its length: the point at s is origin + s direction, where the origin is the line's point nearest to the
+ * centre (of a cone: to the axis). Measured from there the polynomials lose no digits, however far away the ends are. */
+typedef struct ray {
+    double origin[3], direction[3];
+    double start, length; /* s at a, and from a to b */
+} ray;
+
+static ray ray_of(const round_solid *s, const double a[3], const double b[3]) {
+    ray way = {.length = 0};
+    double p[3], squares = 0, along = 0, flat = 0;
     for (int k = 0; k < 3; ++k) {
         p[k] = a[k] - (s->kind == SPHERE ? s->centre[k] : 0);
-        d[k] = b[k] - a[k];
+        way.direction[k] = b[k] - a[k];
+        squares += way.direction[k] * way.direction[k];
     }
+    way.length = sqrt(squares);
+    for (int k = 0; k < 3 && way.length > 0; ++k)
+        way.direction[k] /= way.length;
+    for (int k = 0; k < (s->kind == CONE ? 2 : 3); ++k) {
+        along += p[k] * way.direction[k];
+        flat += way.direction[k] * way.direction[k];
+    }
+    /* A cone's axis may be nearly parallel: then the nearest point is far off and of no use. */
+    way.start = flat > 0 && fabs(along / flat) < 1e3 * way.length ? along / flat : 0;
+    for (int k = 0; k < 3; ++k)
+        way.origin[k] = p[k] - way.start * way.direction[k];
+    return way;
+}
+
+/* The polynomial in s of the surface, of degree 2 or 4. The cone's equation is squared: it has a second nappe, which
+ * `is_real` tells apart. */
+static int polynomial_of(const round_solid *s, const ray *way, double c[5]) {
+    const double *p = way->origin, *d = way->direction;
     double pp = p[0] * p[0] + p[1] * p[1], pd = p[0] * d[0] + p[1] * d[1], dd = d[0] * d[0] + d[1] * d[1];
     if (s->kind == CONE) {
         double r = s->radius + s->slope * p[2], m = s->slope * d[2];
@@ -149,6 +174,25 @@ static int polynomial_of(const round_solid *s, const double a[3], const double b
     return 4;
 }
 
+/* Where the line meets the surface, as places on the segment: from a little before it to a little behind it. */
+static int places_of(const round_solid *s, const double a[3], const double b[3], double places[4]) {
+    ray way = ray_of(s, a, b);
+    if (!(way.length > 0))
+        return 0;
+    double c[5], low = way.start - 1e-3 * way.length, high = way.start + 1.001 * way.length;
+    double reach = 1.01 * (s->kind == TORUS ? s->radius + s->scale : s->radius);
+    if (s->kind != CONE) {
+        low = fmax(low, -reach);
+        high = fmin(high, reach);
+    }
+    if (!(low < high))
+        return 0;
+    int degree = polynomial_of(s, &way, c), count = qni_polynomial_roots(degree, c, low, high, places);
+    for (int i = 0; i < count; ++i)
+        places[i] = (places[i] - way.start) / way.length;
+    return count;
+}
+
 static void point_on(const double a[3], const double b[3], double t, double point[3]) {
     for (int k = 0; k < 3; ++k)
         point[k] = a[k] + t * (b[k] - a[k]);
@@ -161,8 +205,8 @@ static bool is_real(const round_solid *s, const double p[3]) {
 static qn_status round_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
                                  qni_crossing *crossings, int32_t *count_out) {
     const round_solid *s = shape(solid);
-    double c[5], roots[4], kept[4], p[3];
-    int degree = polynomial_of(s, a, b, c), found = qni_polynomial_roots(degree, c, roots), count = 0;
+    double roots[4], kept[4], p[3];
+    int found = places_of(s, a, b, roots), count = 0;
     for (int i = 0; i < found; ++i) {
         point_on(a, b, roots[i], p);
         if (is_real(s, p))

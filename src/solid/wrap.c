@@ -115,10 +115,50 @@ static const qni_solid_ops offset_ops = {
     .restrict_to = rewrap,
 };
 
+/* Whether f stays above `distance` between the part's box grown by `inner` and by twice that. */
+static bool shell_is_outside(const qn_solid *part, double inner, double distance) {
+    enum { PATCHES = 8 };
+    for (int side = 0; side < 6; ++side)
+        for (int patch = 0; patch < PATCHES * PATCHES; ++patch) {
+            qni_box box;
+            int axis = side / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+            double range[2], size[3];
+            for (int k = 0; k < 3; ++k)
+                size[k] = part->box.high[k] - part->box.low[k] + 4 * inner;
+            box.low[axis] = side % 2 ? part->box.high[axis] + inner : part->box.low[axis] - 2 * inner;
+            box.high[axis] = box.low[axis] + inner;
+            box.low[u] = part->box.low[u] - 2 * inner + size[u] * (patch % PATCHES) / PATCHES;
+            box.low[v] = part->box.low[v] - 2 * inner + size[v] * (patch / PATCHES) / PATCHES;
+            box.high[u] = box.low[u] + size[u] / PATCHES;
+            box.high[v] = box.low[v] + size[v] / PATCHES;
+            if (part->ops->bounds(part, &box, range) != QN_OK || !(range[0] > distance))
+                return false;
+        }
+    return true;
+}
+
+/* How far a sharp corner reaches depends on its angle: the box grows until a shell round it is outside. */
+static qni_box grown_box(const qn_solid *part, double distance) {
+    if (!qni_box_is_finite(&part->box))
+        return qni_box_everything();
+    for (double reach = 1.0625 * distance; reach <= 1024 * distance; reach *= 2)
+        if (shell_is_outside(part, reach, distance)) {
+            qni_box box = part->box;
+            for (int k = 0; k < 3; ++k) {
+                box.low[k] -= reach;
+                box.high[k] += reach;
+            }
+            return box;
+        }
+    return qni_box_everything();
+}
+
 qn_solid *qni_offset_create(qn_context *context, const qn_solid *part, double distance) {
     qn_solid *solid = create(context, part, &offset_ops);
     if (!solid)
         return NULL;
     ((wrapped *)solid)->distance = distance;
+    if (distance > 0 && !qni_box_is_nothing(&part->box))
+        solid->box = grown_box(part, distance);
     return solid;
 }
