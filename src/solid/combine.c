@@ -360,3 +360,25 @@ qn_solid *qni_combine_create(qn_context *context, bool intersect, int64_t count,
     c->base.box = box_of(intersect, count, parts, minus);
     return &c->base;
 }
+
+qn_solid *qni_combine_transformed(qn_context *context, const qn_solid *part, const double inverse[3][4],
+                                  const double forward[3][4], bool *done_out) {
+    const combination *c = (const combination *)part;
+    *done_out = part->ops == &combine_ops;
+    if (!*done_out)
+        return NULL;
+    combination *moved = create(context, c->sign, c->count);
+    for (int64_t n = 0; moved && n < c->count; ++n) {
+        moved->parts[n] = qni_transform_create(context, c->parts[n], inverse, forward, NULL);
+        moved->signs[n] = c->signs[n];
+        if (!moved->parts[n]) {
+            destroy(&moved->base);
+            return NULL;
+        }
+        if (moved->base.depth <= moved->parts[n]->depth)
+            moved->base.depth = moved->parts[n]->depth + 1;
+    }
+    if (moved)
+        moved->base.box = qni_box_image(forward, &part->box);
+    return moved ? &moved->base : NULL;
+}

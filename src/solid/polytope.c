@@ -6,10 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-typedef struct plane {
-    double normal[3], distance;
-    double tie; /* the value of a point on the plane: see QNI_TIE */
-} plane;
+typedef qni_plane plane;
 
 typedef struct polytope {
     qn_solid base;
@@ -212,5 +209,34 @@ qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (
         out->distance = in[3] / length;
         out->tie = tie_of(out->normal);
     }
+    return solid;
+}
+
+const qni_plane *qni_polytope_planes(const qn_solid *solid, int64_t *count_out) {
+    if (solid->ops != &polytope_ops)
+        return NULL;
+    *count_out = ((const polytope *)solid)->count;
+    return ((const polytope *)solid)->planes;
+}
+
+qn_solid *qni_polytope_transformed(qn_context *context, const qn_solid *part, const double inverse[3][4],
+                                   const double forward[3][4], bool *done_out) {
+    const polytope *p = (const polytope *)part;
+    *done_out = part->ops == &polytope_ops;
+    if (!*done_out)
+        return NULL;
+    double(*planes)[4] = qni_alloc(context, p->count, sizeof *planes);
+    if (!planes)
+        return NULL;
+    for (int64_t n = 0; n < p->count; ++n) {
+        /* n . (M p + m) < d: the normal is multiplied from the left, m goes to the other side. */
+        const double *normal = p->planes[n].normal;
+        for (int k = 0; k < 4; ++k)
+            planes[n][k] = normal[0] * inverse[0][k] + normal[1] * inverse[1][k] + normal[2] * inverse[2][k];
+        planes[n][3] = p->planes[n].distance - planes[n][3];
+    }
+    qni_box box = qni_box_image(forward, &part->box);
+    qn_solid *solid = qni_polytope_create(context, p->count, (const double(*)[4])planes, &box, part->owner);
+    qni_free(context, planes, p->count, sizeof *planes);
     return solid;
 }

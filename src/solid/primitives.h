@@ -15,6 +15,20 @@ qn_solid *qni_torus_create(qn_context *context, double ring_radius, double tube_
 qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (*planes)[4], const qni_box *box,
                               int32_t owner);
 
+/* Closed contours, one after the other; inside by the even-odd rule. */
+typedef struct qni_outline {
+    int64_t contours;
+    const int64_t *sizes;      /* points of each contour */
+    const double (*points)[2];
+} qni_outline;
+/* A prism without ends over the outline. */
+qn_solid *qni_polygon_create(qn_context *context, const qni_outline *outline, int32_t owner);
+/* `part`, flat in x and y, turned about the z axis: its x is the distance from the axis, its y the height. The facets'
+ * corners lie on the circle at start + n angle / fragments degrees; 0 < angle <= 360; each facet spans less than 180 degrees.
+ * Beyond the angle the result is of no use: the caller cuts it off. 0 fragments: round. */
+qn_solid *qni_revolve_create(qn_context *context, const qn_solid *part, double start, double angle,
+                             int32_t fragments);
+
 /* Nothing at all. */
 qn_solid *qni_empty_create(qn_context *context);
 
@@ -27,6 +41,18 @@ qn_solid *qni_combine_create(qn_context *context, bool intersect, int64_t count,
  * (a projection); then `forward` is NULL and the box is that given. */
 qn_solid *qni_transform_create(qn_context *context, const qn_solid *part, const double inverse[3][4],
                                const double forward[3][4], const qni_box *box);
+/* The same for a polytope or a combination, without a node of its own; done_out is false for other kinds. */
+qn_solid *qni_polytope_transformed(qn_context *context, const qn_solid *part, const double inverse[3][4],
+                                   const double forward[3][4], bool *done_out);
+qn_solid *qni_combine_transformed(qn_context *context, const qn_solid *part, const double inverse[3][4],
+                                  const double forward[3][4], bool *done_out);
+qni_box qni_box_image(const double matrix[3][4], const qni_box *box);
+/* The planes of a polytope, n . p < d as above, of unit normals; NULL for other kinds of solids. */
+typedef struct qni_plane {
+    double normal[3], distance;
+    double tie; /* the value of a point on the plane: see QNI_TIE */
+} qni_plane;
+const qni_plane *qni_polytope_planes(const qn_solid *solid, int64_t *count_out);
 /* forward -> inverse; false when the matrix is singular or not finite. */
 bool qni_invert(const double forward[3][4], double inverse[3][4]);
 

@@ -38,7 +38,10 @@ qn_status qn_solid_read_text(qn_context *context, const char *name, const char *
     qni_text text = {name, bytes, size};
     if (ends_with(name, ".vm"))
         return qni_read_vm(context, &text, &region, solid_out, error);
-    return qni_fail(error, QN_ERROR_UNSUPPORTED, "'%s': the ending names no format of solids; known is .vm", name);
+    if (ends_with(name, ".csg"))
+        return qni_read_csg(context, &text, options && options->smooth_primitives, solid_out, error);
+    return qni_fail(error, QN_ERROR_UNSUPPORTED, "'%s': the ending names no format of solids; known are .vm and .csg%s",
+                    name, ends_with(name, ".scad") ? " (openscad -o MODEL.csg MODEL.scad writes one)" : "");
 }
 
 static qn_status read_all(qn_context *context, FILE *file, const char *path, char **bytes_out, int64_t *size_out,

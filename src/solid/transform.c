@@ -10,6 +10,7 @@ typedef struct transformed {
     qn_solid base;
     qn_solid *part;
     double inverse[3][4]; /* from here to the part */
+    bool invertible;
 } transformed;
 
 static void destroy(qn_solid *solid) {
@@ -125,23 +126,58 @@ static const qni_solid_ops transform_ops = {
     .restrict_to = transform_restrict,
 };
 
+/* a after b. */
+static void multiply(const double a[3][4], const double b[3][4], double out[3][4]) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 4; ++j)
+            out[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j == 3 ? a[i][3] : 0);
+}
+
+/* Invertible transforms go down to the leaves, where polytopes take them up into their planes: cheaper to evaluate, and
+ * with bounds as tight as those of upright ones. Other kinds leave *done_out false. */
+static qn_solid *pushed_down(qn_context *context, const qn_solid *part, const double inverse[3][4],
+                             const double forward[3][4], bool *done_out) {
+    *done_out = true;
+    if (part->ops == &transform_ops && ((const transformed *)part)->invertible) {
+        const transformed *inner = (const transformed *)part;
+        double both[3][4], both_inverse[3][4];
+        multiply(inner->inverse, inverse, both_inverse);
+        if (qni_invert((const double(*)[4])both_inverse, both))
+            return qni_transform_create(context, inner->part, (const double(*)[4])both_inverse,
+                                        (const double(*)[4])both, NULL);
+    }
+    qn_solid *solid = qni_polytope_transformed(context, part, inverse, forward, done_out);
+    if (!*done_out)
+        solid = qni_combine_transformed(context, part, inverse, forward, done_out);
+    return solid;
+}
+
+qni_box qni_box_image(const double matrix[3][4], const qni_box *box) {
+    if (qni_box_is_nothing(box))
+        return qni_box_nothing();
+    qni_box out = image(matrix, box);
+    for (int k = 0; k < 3; ++k) /* infinity less infinity */
+        if (out.low[k] != out.low[k] || out.high[k] != out.high[k])
+            return qni_box_everything();
+    return out;
+}
+
 qn_solid *qni_transform_create(qn_context *context, const qn_solid *part, const double inverse[3][4],
                                const double forward[3][4], const qni_box *box) {
+    if (forward) {
+        bool done;
+        qn_solid *solid = pushed_down(context, part, inverse, forward, &done);
+        if (done)
+            return solid;
+    }
     transformed *t = (transformed *)qni_solid_new(context, sizeof *t, &transform_ops);
     if (!t)
         return NULL;
     t->part = qni_solid_retain(part);
     memcpy(t->inverse, inverse, sizeof t->inverse);
     t->base.depth = part->depth + 1;
-    if (!forward)
-        t->base.box = *box;
-    else if (qni_box_is_nothing(&part->box))
-        t->base.box = qni_box_nothing();
-    else
-        t->base.box = image(forward, &part->box);
-    for (int k = 0; k < 3; ++k) /* infinity less infinity */
-        if (t->base.box.low[k] != t->base.box.low[k] || t->base.box.high[k] != t->base.box.high[k])
-            t->base.box = qni_box_everything();
+    t->invertible = forward;
+    t->base.box = forward ? qni_box_image(forward, &part->box) : *box;
     return &t->base;
 }
 
