@@ -34,7 +34,8 @@ int qni_csg_dimension(const qni_csg_call *call) {
     return 0;
 }
 
-/* The children of this dimension, built; *parts_out has room for all children. */
+/* The children of this dimension, built; `parts` has room for all children. In place of others stands an empty solid, as
+ * OpenSCAD has it: nothing to add or to take away, but an intersection with nothing is nothing. */
 static qn_status build_children(qni_csg_builder *build, const qni_csg_call *call, int dimension, qn_solid **parts,
                                 int64_t *count_out) {
     for (const qni_csg_call *child = call->children; child; child = child->next) {
@@ -43,9 +44,10 @@ static qn_status build_children(qni_csg_builder *build, const qni_csg_call *call
             qni_log(build->context, QN_LOG_WARNING, "'%s', line %lld: a %s shape among %s ones is left out",
                     build->text->name, (long long)child->line, own == 2 ? "flat" : "solid",
                     own == 2 ? "solid" : "flat");
-            continue;
+            QN_TRY(qni_csg_give(build, qni_empty_create(build->context), &parts[*count_out]));
+        } else {
+            QN_TRY(qni_csg_build(build, child, &parts[*count_out]));
         }
-        QN_TRY(qni_csg_build(build, child, &parts[*count_out]));
         ++*count_out;
     }
     return QN_OK;

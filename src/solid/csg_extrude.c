@@ -134,7 +134,7 @@ qn_status qni_csg_rotate_extrude(qni_csg_builder *build, const qni_csg_call *cal
                             "the shape reaches from x = %g to %g over the axis: it must lie on one side of x = 0",
                             range[0], range[1]);
     int32_t circle;
-    QN_TRY(qni_csg_fragments(build, call, range[1] - range[0], &circle));
+    QN_TRY(qni_csg_fragments(build, call, fmax(fabs(range[0]), fabs(range[1])), &circle));
     int32_t fragments = (int32_t)fmax(circle * fabs(angle) / 360, 1);
     if (!build->smooth && fabs(angle) / fragments >= 180)
         return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED, "one facet would span %g degrees; give a larger $fn",
