@@ -43,7 +43,7 @@ QN_API qn_status qn_solid_from_callback(qn_context *context, const qn_solid_call
                                         qn_solid **solid_out, qn_error *error);
 QN_API void qn_solid_destroy(qn_solid *solid);
 
-/* Primitives. `fragments` is the number of flat facets round a circle, at least 3; 0 makes it round. A facetted sphere or
+/* Primitives. `fragments` is the number of flat facets round a circle, 3 to 16384 (spheres: 1024); 0 makes it round. A facetted sphere or
  * cylinder has its corners on the round one, as in OpenSCAD. A part with no room inside (a radius or an edge of
  * 0) is empty, which is no error; negative or non-finite numbers are QN_ERROR_INVALID_ARGUMENT. */
 QN_API qn_status qn_solid_box(qn_context *context, const double low[3], const double high[3],
@@ -59,6 +59,24 @@ QN_API qn_status qn_solid_torus(qn_context *context, double ring_radius, double 
 /* { p : normal . p < distance |normal| }, without end. */
 QN_API qn_status qn_solid_half_space(qn_context *context, const double normal[3], double distance,
                                      qn_solid **solid_out, qn_error *error);
+
+/* A flat shape: closed contours one after the other, inside by the even-odd rule, so that holes are contours too. */
+typedef struct qn_outline {
+    int64_t contour_count;
+    const int64_t *contour_sizes; /* points of each contour */
+    const double (*points)[2];
+} qn_outline;
+/* The outline from z = 0 to `height`. */
+QN_API qn_status qn_solid_linear_extrude(qn_context *context, const qn_outline *outline, double height,
+                                         qn_solid **solid_out, qn_error *error);
+/* The outline turned about the z axis by `angle` degrees, at most 360 and negative the other way round: its x is the
+ * distance from the axis, its y the height. All points have x >= 0. `fragments` counts the flat pieces of this angle. */
+QN_API qn_status qn_solid_rotate_extrude(qn_context *context, const qn_outline *outline, double angle,
+                                         int32_t fragments, qn_solid **solid_out, qn_error *error);
+/* The convex hull of points. QN_ERROR_INVALID_ARGUMENT when they lie in one plane, QN_ERROR_UNSUPPORTED in a build
+ * without Qhull. */
+QN_API qn_status qn_solid_hull(qn_context *context, int64_t count, const double (*points)[3],
+                               qn_solid **solid_out, qn_error *error);
 
 /* Booleans. The parts are retained, so the caller still destroys its own references, at any time. No parts make an empty
  * solid. Where two parts have the same surface the earlier one gives normal and owner. */
@@ -97,7 +115,7 @@ static inline void qn_solid_read_options_init(qn_solid_read_options *options) {
     options->struct_size = sizeof *options;
 }
 
-/* Read a solid: .vm (expression tapes, one operation a line).
+/* Read a solid: .vm (expression tapes, one operation a line) or .csg (what `openscad -o MODEL.csg MODEL.scad` writes).
  * options may be NULL. The format is that of the name's ending.
  * QN_ERROR_INPUT        the file cannot be read or breaks its format; the message names line and what was expected
  * QN_ERROR_UNSUPPORTED  it uses something that Quoin lacks; the message names it */

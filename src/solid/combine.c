@@ -18,7 +18,7 @@ typedef struct combination {
 
 static void destroy(qn_solid *solid) {
     combination *c = (combination *)solid;
-    for (int64_t n = 0; n < c->count; ++n)
+    for (int64_t n = 0; c->parts && n < c->count; ++n)
         qn_solid_destroy(c->parts[n]);
     qni_free(solid->context, c->parts, c->count, sizeof *c->parts);
     qni_free(solid->context, c->signs, c->count, sizeof *c->signs);

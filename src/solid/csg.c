@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "solid/facets.h"
+#include "solid/hull.h"
 #include "solid/primitives.h"
 
 static qn_status give(qn_solid *solid, qn_solid **solid_out, qn_error *error) {
@@ -16,13 +17,11 @@ static qn_status not_negative(const char *what, double value, qn_error *error) {
     return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "%s is %g: it must be finite and not negative", what, value);
 }
 
-enum { MOST_FRAGMENTS = 1 << 14 };
-
-static qn_status check_fragments(int32_t fragments, qn_error *error) {
-    if (fragments == 0 || (fragments >= 3 && fragments <= MOST_FRAGMENTS))
+static qn_status check_fragments(int32_t fragments, int32_t most, qn_error *error) {
+    if (fragments == 0 || (fragments >= 3 && fragments <= most))
         return QN_OK;
     return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                    "%d fragments round a circle: give 3 to %d, or 0 for a round one", fragments, MOST_FRAGMENTS);
+                    "%d fragments round a circle: give 3 to %d, or 0 for a round one", fragments, most);
 }
 
 qn_status qn_solid_box(qn_context *context, const double low[3], const double high[3], qn_solid **solid_out,
@@ -54,7 +53,7 @@ qn_status qn_solid_sphere(qn_context *context, double radius, int32_t fragments,
     static const double origin[3] = {0, 0, 0};
     *solid_out = NULL;
     QN_TRY(not_negative("the radius of the sphere", radius, error));
-    QN_TRY(check_fragments(fragments, error));
+    QN_TRY(check_fragments(fragments, QNI_SPHERE_FRAGMENTS, error));
     if (radius == 0)
         return give(qni_empty_create(context), solid_out, error);
     return give(fragments ? qni_facet_sphere(context, radius, fragments, 0)
@@ -68,7 +67,7 @@ qn_status qn_solid_cylinder(qn_context *context, double height, double low_radiu
     QN_TRY(not_negative("the height of the cylinder", height, error));
     QN_TRY(not_negative("the lower radius of the cylinder", low_radius, error));
     QN_TRY(not_negative("the upper radius of the cylinder", high_radius, error));
-    QN_TRY(check_fragments(fragments, error));
+    QN_TRY(check_fragments(fragments, QNI_CIRCLE_FRAGMENTS, error));
     if (height == 0 || (low_radius == 0 && high_radius == 0))
         return give(qni_empty_create(context), solid_out, error);
     return give(fragments ? qni_facet_cylinder(context, 0, height, low_radius, high_radius, fragments, 0)
@@ -103,6 +102,93 @@ qn_status qn_solid_half_space(qn_context *context, const double normal[3], doubl
                         normal[0], normal[1], normal[2], distance);
     qni_box box = qni_box_everything();
     return give(qni_polytope_create(context, 1, (const double(*)[4])plane, &box, 0), solid_out, error);
+}
+
+static qn_status check_outline(const qn_outline *outline, double *least_x_out, qn_error *error) {
+    if (!outline || outline->contour_count < 0 ||
+        (outline->contour_count > 0 && (!outline->contour_sizes || !outline->points)))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the outline has no contours, sizes or points");
+    int64_t first = 0;
+    *least_x_out = QNI_INFINITY;
+    for (int64_t c = 0; c < outline->contour_count; first += outline->contour_sizes[c++]) {
+        if (outline->contour_sizes[c] < 3)
+            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "contour %lld has %lld points: give 3 or more",
+                            (long long)c, (long long)outline->contour_sizes[c]);
+        for (int64_t n = 0; n < outline->contour_sizes[c]; ++n) {
+            const double *p = outline->points[first + n];
+            if (!isfinite(p[0]) || !isfinite(p[1]))
+                return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "point %lld of contour %lld is (%g, %g): not finite",
+                                (long long)n, (long long)c, p[0], p[1]);
+            *least_x_out = fmin(*least_x_out, p[0]);
+        }
+    }
+    return QN_OK;
+}
+
+qn_status qn_solid_linear_extrude(qn_context *context, const qn_outline *outline, double height,
+                                  qn_solid **solid_out, qn_error *error) {
+    double least;
+    *solid_out = NULL;
+    QN_TRY(not_negative("the height of the extrusion", height, error));
+    QN_TRY(check_outline(outline, &least, error));
+    if (height == 0 || outline->contour_count == 0)
+        return give(qni_empty_create(context), solid_out, error);
+    qn_solid *part = qni_polygon_create(context, outline, 0);
+    qn_status status = give(part ? qni_extrude_create(context, part, 0, height) : NULL, solid_out, error);
+    qn_solid_destroy(part);
+    return status;
+}
+
+qn_status qn_solid_rotate_extrude(qn_context *context, const qn_outline *outline, double angle, int32_t fragments,
+                                  qn_solid **solid_out, qn_error *error) {
+    double least;
+    *solid_out = NULL;
+    QN_TRY(check_outline(outline, &least, error));
+    if (!(fabs(angle) <= 360))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the angle is %g: give -360 to 360", angle);
+    if (fragments < 0 || fragments > QNI_CIRCLE_FRAGMENTS || (fragments > 0 && fabs(angle) / fragments >= 180))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "%d fragments in %g degrees: give up to %d of less than 180 degrees each, or 0 for a round one",
+                        fragments, fabs(angle), QNI_CIRCLE_FRAGMENTS);
+    if (least < 0)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the outline reaches to x = %g: it must lie at x >= 0", least);
+    if (angle == 0 || outline->contour_count == 0)
+        return give(qni_empty_create(context), solid_out, error);
+    qn_solid *part = qni_polygon_create(context, outline, 0);
+    qn_status status = give(part ? qni_turn_create(context, part, angle, fragments, false) : NULL, solid_out, error);
+    qn_solid_destroy(part);
+    return status;
+}
+
+qn_status qn_solid_hull(qn_context *context, int64_t count, const double (*points)[3], qn_solid **solid_out,
+                        qn_error *error) {
+    qni_points all = {0};
+    qni_hull hull = {0};
+    qni_box box = {{QNI_INFINITY, QNI_INFINITY, QNI_INFINITY}, {-QNI_INFINITY, -QNI_INFINITY, -QNI_INFINITY}};
+    *solid_out = NULL;
+    qn_status status = QN_OK;
+    for (int64_t n = 0; n < count && status == QN_OK; ++n) {
+        for (int k = 0; k < 3; ++k) {
+            box.low[k] = fmin(box.low[k], points[n][k]);
+            box.high[k] = fmax(box.high[k], points[n][k]);
+        }
+        if (!isfinite(points[n][0]) || !isfinite(points[n][1]) || !isfinite(points[n][2]))
+            status = qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "point %lld of the hull is (%g, %g, %g): not finite",
+                              (long long)n, points[n][0], points[n][1], points[n][2]);
+        else if (!qni_points_add(context, &all, points[n]))
+            status = qni_fail_memory(error, "a hull");
+    }
+    if (status == QN_OK)
+        status = qni_hull_make(context, 3, &all, NULL, &hull, error);
+    if (status == QN_OK && hull.flat)
+        status = qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the %lld points of the hull lie in one plane",
+                          (long long)count);
+    if (status == QN_OK)
+        status = give(qni_polytope_create(context, hull.plane_count, (const double(*)[4])hull.planes, &box, 0),
+                      solid_out, error);
+    qni_hull_free(context, &hull);
+    qni_points_free(context, &all);
+    return status;
 }
 
 static qn_status check_parts(int64_t count, qn_solid *const *parts, qn_error *error) {

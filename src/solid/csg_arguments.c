@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "solid/csg_build.h"
+#include "solid/facets.h"
 
 qn_status qni_csg_fail(const qni_csg_builder *build, const qni_csg_call *call, qn_status status, const char *format,
                        ...) {
@@ -30,6 +31,8 @@ qn_status qni_csg_number(qni_csg_builder *build, const qni_csg_call *call, const
                          double *value_out) {
     const qni_csg_value *value = qni_csg_find(call, name);
     *value_out = value ? value->number : otherwise;
+    if (!value && otherwise != otherwise)
+        return qni_csg_fail(build, call, QN_ERROR_INPUT, "%s is missing", name);
     if (value && !usable(value))
         return qni_csg_fail(build, call, QN_ERROR_INPUT, "%s must be a finite number", name);
     return QN_OK;
@@ -76,9 +79,10 @@ qn_status qni_csg_fragments(qni_csg_builder *build, const qni_csg_call *call, do
         count = number >= 3 ? floor(number) : 3;
     else
         count = ceil(fmax(fmin(360 / fmax(angle, 0.01), radius * 2 * 3.14159265358979323846 / fmax(size, 0.01)), 5));
-    if (count > 1 << 14)
+    int32_t most = qni_csg_is(call, "sphere") ? QNI_SPHERE_FRAGMENTS : QNI_CIRCLE_FRAGMENTS;
+    if (count > most)
         return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED, "%g facets round a circle; up to %d are supported",
-                            count, 1 << 14);
+                            count, most);
     *count_out = (int32_t)count;
     return QN_OK;
 }

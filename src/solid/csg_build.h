@@ -34,7 +34,7 @@ qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int d
 /* Corners of a primitive, in its own coordinates. */
 qn_status qni_csg_corners(qni_csg_builder *build, const qni_csg_call *call, qni_points *points);
 
-/* Arguments. A missing one has the default; one that is not a finite number (or a bool) is an error. */
+/* Arguments. A missing one has the default (NaN: it must be there); one that is not a finite number (or a bool) is an error. */
 qn_status qni_csg_number(qni_csg_builder *build, const qni_csg_call *call, const char *name, double otherwise,
                          double *value_out);
 qn_status qni_csg_flag(qni_csg_builder *build, const qni_csg_call *call, const char *name, bool *value_out);

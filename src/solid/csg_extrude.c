@@ -1,38 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* linear_extrude and rotate_extrude: flat shapes are prisms without ends, so one is an intersection with a slab and the
- * other a look at the shape round an axis. No polygon is ever clipped. */
-#include <string.h>
-
+/* OpenSCAD's linear_extrude and rotate_extrude: their arguments, and how many facets a turn has. */
 #include "solid/csg_build.h"
-#include "solid/facets.h"
-
-/* The prism between two heights. A polytope takes the two planes up. */
-static qn_solid *slab(qni_csg_builder *build, qn_solid *part, double low, double high) {
-    double ends[2][4] = {{0, 0, -1, -low}, {0, 0, 1, high}};
-    qni_box box = part->box;
-    box.low[2] = low;
-    box.high[2] = high;
-    int64_t count;
-    const qni_plane *sides = qni_polytope_planes(part, &count);
-    if (!sides) {
-        qn_solid *parts[2] = {part, qni_polytope_create(build->context, 2, (const double(*)[4])ends, &box,
-                                                    build->owner)};
-        qn_solid *solid = parts[1] ? qni_combine_create(build->context, true, 2, parts, NULL) : NULL;
-        qn_solid_destroy(parts[1]);
-        return solid;
-    }
-    double(*planes)[4] = qni_alloc(build->context, count + 2, sizeof *planes);
-    if (!planes)
-        return NULL;
-    for (int64_t n = 0; n < count; ++n) {
-        memcpy(planes[n], sides[n].normal, sizeof sides[n].normal);
-        planes[n][3] = sides[n].distance;
-    }
-    memcpy(planes[count], ends, sizeof ends);
-    qn_solid *solid = qni_polytope_create(build->context, count + 2, (const double(*)[4])planes, &box, part->owner);
-    qni_free(build->context, planes, count + 2, sizeof *planes);
-    return solid;
-}
 
 qn_status qni_csg_linear_extrude(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
     double height, twist, scale[2] = {1, 1};
@@ -59,7 +27,7 @@ qn_status qni_csg_linear_extrude(qni_csg_builder *build, const qni_csg_call *cal
         return QN_OK;
     }
     qn_status status = qni_csg_give(
-        build, slab(build, part, centre ? -0.5 * height : 0, centre ? 0.5 * height : height), solid_out);
+        build, qni_extrude_create(build->context, part, centre ? -0.5 * height : 0, centre ? 0.5 * height : height), solid_out);
     qn_solid_destroy(part);
     return status;
 }
@@ -80,44 +48,6 @@ static qn_status extent(qni_csg_builder *build, const qni_csg_call *call, double
     }
     qni_points_free(build->context, &points);
     return status;
-}
-
-/* The wedge between two half-planes that begin at the z axis: convex up to half a turn, else the complement of the
- * wedge that is left. */
-static qn_solid *cut_out(qni_csg_builder *build, qn_solid *turned, double start, double angle) {
-    bool large = angle > 180;
-    double from = large ? start + angle : start, to = large ? start + 360 : start + angle;
-    double planes[2][4] = {{qni_sin_degrees(from), -qni_cos_degrees(from), 0, 0},
-                           {-qni_sin_degrees(to), qni_cos_degrees(to), 0, 0}};
-    qni_box box = qni_box_everything();
-    qn_solid *parts[2] = {turned, qni_polytope_create(build->context, 2, (const double(*)[4])planes, &box,
-                                                  turned->owner ? turned->owner : build->owner)};
-    const bool minus[2] = {false, large};
-    qn_solid *solid = parts[1] ? qni_combine_create(build->context, true, 2, parts, minus) : NULL;
-    qn_solid_destroy(parts[1]);
-    return solid;
-}
-
-/* Shapes left of the axis are looked at in a mirror, from the other side. */
-static qn_solid *mirrored(qni_csg_builder *build, qn_solid *part) {
-    static const double mirror[3][4] = {{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
-    return qni_transform_create(build->context, part, mirror, mirror, NULL);
-}
-
-static qn_solid *turn_part(qni_csg_builder *build, qn_solid *part, double angle, int32_t fragments, bool left) {
-    qn_solid *right = left ? mirrored(build, part) : qni_solid_retain(part);
-    if (!right)
-        return NULL;
-    /* Whole turns begin opposite to the shape, parts of one at it; negative ones go the other way round. */
-    bool whole = fabs(angle) >= 360;
-    double start = (whole ? 180 : angle < 0 ? angle : 0) + (left ? 180 : 0), size = whole ? 360 : fabs(angle);
-    qn_solid *turned = qni_revolve_create(build->context, right, start, size, build->smooth ? 0 : fragments);
-    qn_solid_destroy(right);
-    if (!turned || whole)
-        return turned;
-    qn_solid *solid = cut_out(build, turned, start, size);
-    qn_solid_destroy(turned);
-    return solid;
 }
 
 qn_status qni_csg_rotate_extrude(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
@@ -141,7 +71,7 @@ qn_status qni_csg_rotate_extrude(qni_csg_builder *build, const qni_csg_call *cal
                             fabs(angle) / fragments);
     qn_solid *part;
     QN_TRY(qni_csg_children(build, call, 2, &part));
-    qn_status status = qni_csg_give(build, turn_part(build, part, angle, fragments, range[0] < 0), solid_out);
+    qn_status status = qni_csg_give(build, qni_turn_create(build->context, part, angle, build->smooth ? 0 : fragments, range[0] < 0), solid_out);
     qn_solid_destroy(part);
     return status;
 }

@@ -28,7 +28,7 @@ static qn_status read_block(qni_csg_builder *build, const qni_csg_call *call, in
 
 /* Spheres and circles. */
 static qn_status read_round(qni_csg_builder *build, const qni_csg_call *call, shape *out) {
-    QN_TRY(qni_csg_number(build, call, "r", 1, &out->low_radius));
+    QN_TRY(qni_csg_number(build, call, "r", (double)NAN, &out->low_radius));
     out->high_radius = out->low_radius;
     out->empty = !(out->low_radius > 0);
     return qni_csg_fragments(build, call, out->low_radius, &out->fragments);
@@ -37,9 +37,9 @@ static qn_status read_round(qni_csg_builder *build, const qni_csg_call *call, sh
 static qn_status read_cylinder(qni_csg_builder *build, const qni_csg_call *call, shape *out) {
     double height;
     bool centre;
-    QN_TRY(qni_csg_number(build, call, "h", 1, &height));
-    QN_TRY(qni_csg_number(build, call, "r1", 1, &out->low_radius));
-    QN_TRY(qni_csg_number(build, call, "r2", 1, &out->high_radius));
+    QN_TRY(qni_csg_number(build, call, "h", (double)NAN, &height));
+    QN_TRY(qni_csg_number(build, call, "r1", (double)NAN, &out->low_radius));
+    QN_TRY(qni_csg_number(build, call, "r2", (double)NAN, &out->high_radius));
     QN_TRY(qni_csg_flag(build, call, "center", &centre));
     double largest = fmax(out->low_radius, out->high_radius);
     out->empty = !(height > 0 && largest > 0 && out->low_radius >= 0 && out->high_radius >= 0);
@@ -277,7 +277,7 @@ static qn_status polygon(qni_csg_builder *build, const qni_csg_call *call, qn_so
     qn_status status = read_outline(build, call, &o);
     if (status == QN_OK) {
         int direction = convexity(&o);
-        qni_outline view = {o.contours, o.sizes, (const double(*)[2])o.points};
+        qn_outline view = {o.contours, o.sizes, (const double(*)[2])o.points};
         if (direction < 0)
             reverse(&o);
         status = qni_csg_give(build, direction ? convex_prism(build, o.count, view.points)

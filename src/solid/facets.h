@@ -5,6 +5,9 @@
 
 #include "solid/node.h"
 
+/* A sphere has half the square of them as facets: half a million. A circle may have more. */
+enum { QNI_SPHERE_FRAGMENTS = 1 << 10, QNI_CIRCLE_FRAGMENTS = 1 << 14 };
+
 /* Sine and cosine of degrees, exact at multiples of 90, and of 30 where they are 0.5. */
 double qni_sin_degrees(double degrees);
 double qni_cos_degrees(double degrees);

@@ -242,19 +242,19 @@ static polygon *create(qn_context *context, int64_t near, int64_t across) {
     return NULL;
 }
 
-qn_solid *qni_polygon_create(qn_context *context, const qni_outline *outline, int32_t owner) {
+qn_solid *qni_polygon_create(qn_context *context, const qn_outline *outline, int32_t owner) {
     int64_t total = 0;
-    for (int64_t c = 0; c < outline->contours; ++c)
-        total += outline->sizes[c];
+    for (int64_t c = 0; c < outline->contour_count; ++c)
+        total += outline->contour_sizes[c];
     polygon *p = create(context, total, total);
     if (!p)
         return NULL;
     qni_box box = {{QNI_INFINITY, QNI_INFINITY, -QNI_INFINITY}, {-QNI_INFINITY, -QNI_INFINITY, QNI_INFINITY}};
     int64_t used = 0, first = 0;
-    for (int64_t c = 0; c < outline->contours; first += outline->sizes[c++])
-        for (int64_t n = 0; n < outline->sizes[c]; ++n) {
+    for (int64_t c = 0; c < outline->contour_count; first += outline->contour_sizes[c++])
+        for (int64_t n = 0; n < outline->contour_sizes[c]; ++n) {
             const double *from = outline->points[first + n];
-            const double *to = outline->points[first + (n + 1) % outline->sizes[c]];
+            const double *to = outline->points[first + (n + 1) % outline->contour_sizes[c]];
             for (int k = 0; k < 2; ++k) {
                 box.low[k] = fmin(box.low[k], from[k]);
                 box.high[k] = fmax(box.high[k], from[k]);

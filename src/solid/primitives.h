@@ -15,19 +15,18 @@ qn_solid *qni_torus_create(qn_context *context, double ring_radius, double tube_
 qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (*planes)[4], const qni_box *box,
                               int32_t owner);
 
-/* Closed contours, one after the other; inside by the even-odd rule. */
-typedef struct qni_outline {
-    int64_t contours;
-    const int64_t *sizes;      /* points of each contour */
-    const double (*points)[2];
-} qni_outline;
 /* A prism without ends over the outline. */
-qn_solid *qni_polygon_create(qn_context *context, const qni_outline *outline, int32_t owner);
+qn_solid *qni_polygon_create(qn_context *context, const qn_outline *outline, int32_t owner);
 /* `part`, flat in x and y, turned about the z axis: its x is the distance from the axis, its y the height. The facets'
  * corners lie on the circle at start + n angle / fragments degrees; 0 < angle <= 360; each facet spans less than 180 degrees.
  * Beyond the angle the result is of no use: the caller cuts it off. 0 fragments: round. */
 qn_solid *qni_revolve_create(qn_context *context, const qn_solid *part, double start, double angle,
                              int32_t fragments);
+
+/* A flat part from z = low to high. */
+qn_solid *qni_extrude_create(qn_context *context, qn_solid *part, double low, double high);
+/* A flat part turned by `angle` degrees, -360 to 360, with OpenSCAD's places of facets; `left` when it lies at x <= 0. */
+qn_solid *qni_turn_create(qn_context *context, qn_solid *part, double angle, int32_t fragments, bool left);
 
 /* Nothing at all. */
 qn_solid *qni_empty_create(qn_context *context);

@@ -87,6 +87,19 @@ static qn_solid *random_scene(qn_context *context, test_random *random, int dept
     return made;
 }
 
+/* A star with a hole: not convex, two contours, points at x >= 0. */
+static void star(test_random *random, double (*points)[2]) {
+    for (int n = 0; n < 10; ++n) {
+        double radius = (n % 2 ? 0.3 : 0.6) + 0.1 * test_random_unit(random), angle = 0.6283185307179586 * n;
+        points[n][0] = 0.75 + radius * cos(angle);
+        points[n][1] = radius * sin(angle);
+    }
+    for (int n = 0; n < 4; ++n) {
+        points[10 + n][0] = 0.7 + 0.15 * (n == 1 || n == 2);
+        points[10 + n][1] = 0.2 * (n > 1);
+    }
+}
+
 static const test_claims all_claims = {{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}, .rounds = 60, .slope = 20, .all = true,
                                        .difference = 1e-3};
 
@@ -115,6 +128,45 @@ static void scenes_keep_all_claims(void **state) {
         qn_solid *solid = random_scene(context, &random, 3);
         test_solid_claims(name, solid, &all_claims, &random);
         qn_solid_destroy(solid);
+    }
+    test_context_end(context);
+}
+
+static void extrusions_and_hulls_keep_all_claims(void **state) {
+    (void)state;
+    test_random random = {test_seed()};
+    qn_context *context = test_context(1);
+    for (int64_t n = 0; n < test_count(60, 5000); ++n) {
+        qn_solid *made;
+        qn_error error;
+        double points[14][2], cloud[12][3];
+        const int64_t sizes[2] = {10, 4};
+        star(&random, points);
+        qn_outline outline = {2, sizes, (const double(*)[2])points};
+        qn_solid *straight = MAKE(qn_solid_linear_extrude(context, &outline, 0.7, &made, &error));
+        double angle = n % 3 ? 700 * (test_random_unit(&random) - 0.5) : 360;
+        int32_t fragments = (int32_t)test_random_range(&random, 3, 24);
+        qn_solid *turned = MAKE(qn_solid_rotate_extrude(context, &outline, angle, fragments, &made, &error));
+        qn_solid *round = MAKE(qn_solid_rotate_extrude(context, &outline, angle, 0, &made, &error));
+        for (int i = 0; i < 12; ++i)
+            for (int k = 0; k < 3; ++k)
+                cloud[i][k] = test_random_gaussian(&random) * 0.5;
+        qn_solid *hull = NULL;
+        qn_status status = qn_solid_hull(context, 12, (const double(*)[3])cloud, &hull, &error);
+        assert_true(status == QN_OK || status == QN_ERROR_UNSUPPORTED);
+        test_claims inexact = all_claims;
+        inexact.all = false;
+        inexact.slope = 0; /* a revolution may jump beyond its angle, where it is outside anyway */
+        test_solid_claims("extrusion", straight, &all_claims, &random);
+        test_solid_claims("revolution with facets", turned, &all_claims, &random);
+        test_solid_claims("round revolution", round, &inexact, &random);
+        for (int i = 0; hull && i < 12; ++i) /* in the hull or on it */
+            assert_true(value(hull, cloud[i][0], cloud[i][1], cloud[i][2]) < 1e-12);
+        if (hull)
+            test_solid_claims("hull", hull, &all_claims, &random);
+        qn_solid *all[] = {straight, turned, round, hull};
+        for (int i = 0; i < 4; ++i)
+            qn_solid_destroy(all[i]);
     }
     test_context_end(context);
 }
@@ -290,6 +342,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(primitives_keep_all_claims),
         cmocka_unit_test(scenes_keep_all_claims),
+        cmocka_unit_test(extrusions_and_hulls_keep_all_claims),
         cmocka_unit_test(values_are_closed_forms),
         cmocka_unit_test(touching_boxes_have_no_gap),
         cmocka_unit_test(owners_are_those_of_the_active_part),

@@ -4,6 +4,7 @@
 
 #include "lib/solid_claims.h"
 #include "solid/tape.h"
+#include "unit/vm_table.h"
 
 static qn_solid *parse(qn_context *context, const char *text) {
     qn_solid *solid = NULL;
@@ -187,6 +188,26 @@ static void files_of_the_data_folder(void **state) {
     test_context_end(context);
 }
 
+/* As evaluated by a few lines of Python, make_vm_table.py. */
+static void values_are_those_of_another_evaluator(void **state) {
+    (void)state;
+    qn_context *context = test_context(1);
+    for (size_t i = 0; i < sizeof vm_table / sizeof *vm_table; ++i) {
+        char path[4096], relative[256];
+        snprintf(relative, sizeof relative, "csg/%s.vm", vm_table[i].name);
+        if (!test_data_path(relative, path, sizeof path))
+            break;
+        qn_solid *solid;
+        assert_int_equal(qn_solid_read(context, path, NULL, &solid, NULL), QN_OK);
+        const double *p = vm_table[i].point;
+        double found = value(solid, p[0], p[1], p[2]);
+        if (!(fabs(found - vm_table[i].value) <= 1e-14))
+            fail_msg("%s: %.17g, not %.17g", vm_table[i].name, found, vm_table[i].value);
+        qn_solid_destroy(solid);
+    }
+    test_context_end(context);
+}
+
 /* The unit sphere as a callback; `stop` makes every function ask to stop. */
 typedef struct ball {
     bool stop;
@@ -263,6 +284,7 @@ int main(void) {
         cmocka_unit_test(smooth_tapes_have_exact_gradients),
         cmocka_unit_test(restriction_shortens),
         cmocka_unit_test(files_of_the_data_folder),
+        cmocka_unit_test(values_are_those_of_another_evaluator),
         cmocka_unit_test(callbacks_have_defaults),
         cmocka_unit_test(bad_callbacks_are_named),
     };
