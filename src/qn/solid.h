@@ -78,6 +78,12 @@ QN_API qn_status qn_solid_rotate_extrude(qn_context *context, const qn_outline *
 QN_API qn_status qn_solid_hull(qn_context *context, int64_t count, const double (*points)[3],
                                qn_solid **solid_out, qn_error *error);
 
+/* Any closed polyhedron; faces are flat polygons of 3 or more points, one after the other, either way round. Inside is
+ * where a ray meets an odd number of faces. QN_ERROR_INPUT when some edge belongs to an odd number of faces. */
+QN_API qn_status qn_solid_polyhedron(qn_context *context, int64_t point_count, const double (*points)[3],
+                                     int64_t face_count, const int64_t *face_sizes, const int64_t *indices,
+                                     qn_solid **solid_out, qn_error *error);
+
 /* Booleans. The parts are retained, so the caller still destroys its own references, at any time. No parts make an empty
  * solid. Where two parts have the same surface the earlier one gives normal and owner. */
 QN_API qn_status qn_solid_union(qn_context *context, int64_t count, qn_solid *const *parts,

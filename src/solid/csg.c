@@ -4,6 +4,7 @@
 
 #include "solid/facets.h"
 #include "solid/hull.h"
+#include "solid/polyhedron.h"
 #include "solid/primitives.h"
 
 static qn_status give(qn_solid *solid, qn_solid **solid_out, qn_error *error) {
@@ -189,6 +190,24 @@ qn_status qn_solid_hull(qn_context *context, int64_t count, const double (*point
     qni_hull_free(context, &hull);
     qni_points_free(context, &all);
     return status;
+}
+
+qn_status qn_solid_polyhedron(qn_context *context, int64_t point_count, const double (*points)[3],
+                              int64_t face_count, const int64_t *face_sizes, const int64_t *indices,
+                              qn_solid **solid_out, qn_error *error) {
+    int64_t first = 0;
+    *solid_out = NULL;
+    for (int64_t n = 0; n < point_count; ++n)
+        if (!isfinite(points[n][0]) || !isfinite(points[n][1]) || !isfinite(points[n][2]))
+            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "point %lld of the polyhedron is (%g, %g, %g): not finite",
+                            (long long)n, points[n][0], points[n][1], points[n][2]);
+    for (int64_t n = 0; n < face_count; first += face_sizes[n++])
+        for (int64_t i = 0; i < face_sizes[n]; ++i)
+            if (indices[first + i] < 0 || indices[first + i] >= point_count)
+                return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "face %lld names point %lld of %lld", (long long)n,
+                                (long long)indices[first + i], (long long)point_count);
+    return qni_polyhedron_from_faces(context, "qn_solid_polyhedron", point_count, points, face_count, face_sizes,
+                                     indices, 0, solid_out, error);
 }
 
 static qn_status check_parts(int64_t count, qn_solid *const *parts, qn_error *error) {

@@ -24,6 +24,8 @@ qn_status qni_csg_children(qni_csg_builder *build, const qni_csg_call *call, int
 
 /* Primitives; *known_out is false when the call is none of them. */
 qn_status qni_csg_primitive(qni_csg_builder *build, const qni_csg_call *call, bool *known_out, qn_solid **solid_out);
+qn_status qni_csg_polyhedron(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out);
+qn_status qni_csg_polyhedron_corners(qni_csg_builder *build, const qni_csg_call *call, qni_points *points);
 qn_status qni_csg_linear_extrude(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out);
 qn_status qni_csg_rotate_extrude(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out);
 qn_status qni_csg_hull(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out);

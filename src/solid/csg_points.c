@@ -189,7 +189,8 @@ static qn_status of_linear_extrude(qni_csg_builder *build, const qni_csg_call *c
 
 qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int dimension, const double matrix[3][4],
                          qni_points *points) {
-    static const char *const primitives[] = {"cube", "sphere", "cylinder", "square", "circle", "polygon"};
+    static const char *const primitives[] = {"cube", "sphere", "cylinder", "square", "circle", "polygon",
+                                             "polyhedron"};
     static const char *const groups[] = {"group", "union", "color", "render", "hull"};
     for (size_t i = 0; i < sizeof primitives / sizeof *primitives; ++i)
         if (qni_csg_is(call, primitives[i])) {

@@ -298,11 +298,13 @@ static bool is_simple(const qni_csg_call *call) {
 }
 
 qn_status qni_csg_primitive(qni_csg_builder *build, const qni_csg_call *call, bool *known_out, qn_solid **solid_out) {
-    bool simple = is_simple(call);
-    *known_out = simple || qni_csg_is(call, "polygon");
+    bool simple = is_simple(call), solid = qni_csg_is(call, "polyhedron");
+    *known_out = simple || solid || qni_csg_is(call, "polygon");
     if (!*known_out)
         return QN_OK;
     ++build->owner;
+    if (solid)
+        return qni_csg_polyhedron(build, call, solid_out);
     if (!simple)
         return polygon(build, call, solid_out);
     shape s;
@@ -322,6 +324,8 @@ static qn_status polygon_corners(qni_csg_builder *build, const qni_csg_call *cal
 qn_status qni_csg_corners(qni_csg_builder *build, const qni_csg_call *call, qni_points *points) {
     if (qni_csg_is(call, "polygon"))
         return polygon_corners(build, call, points);
+    if (qni_csg_is(call, "polyhedron"))
+        return qni_csg_polyhedron_corners(build, call, points);
     shape s;
     QN_TRY(read_shape(build, call, &s));
     if (s.empty)

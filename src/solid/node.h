@@ -10,7 +10,7 @@
 #include "solid/solid.h"
 
 /* Trees are walked by recursion; deeper ones are refused when they are built. */
-enum { QNI_SOLID_MAX_DEPTH = 400 };
+enum { QNI_SOLID_MAX_DEPTH = 200 };
 /* Points a node handles at once: scratch stays on the stack, and in the first cache. */
 enum { QNI_SOLID_BLOCK = 128 };
 /* Crossings of one segment that are told apart. */

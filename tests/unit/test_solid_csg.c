@@ -171,6 +171,55 @@ static void extrusions_and_hulls_keep_all_claims(void **state) {
     test_context_end(context);
 }
 
+/* A prism over a star, given by its faces: the same solid as the extrusion. */
+static void polyhedra_keep_all_claims(void **state) {
+    (void)state;
+    enum { N = 10 };
+    test_random random = {test_seed()};
+    qn_context *context = test_context(1);
+    for (int64_t round = 0; round < test_count(60, 5000); ++round) {
+        qn_solid *made;
+        qn_error error;
+        double flat[14][2], points[2 * N][3];
+        int64_t sizes[N + 2] = {N, N}, indices[6 * N], used = 0;
+        const int64_t contour[1] = {N};
+        star(&random, flat);
+        for (int n = 0; n < 2 * N; ++n) {
+            points[n][0] = flat[n % N][0] - 0.7;
+            points[n][1] = flat[n % N][1];
+            points[n][2] = n < N ? 0 : 0.8;
+        }
+        for (int n = 0; n < N; ++n)
+            indices[used++] = N - 1 - n;
+        for (int n = 0; n < N; ++n)
+            indices[used++] = N + n;
+        for (int n = 0; n < N; ++n) {
+            const int64_t wall[4] = {n, (n + 1) % N, N + (n + 1) % N, N + n};
+            memcpy(indices + used, wall, sizeof wall);
+            used += 4;
+            sizes[2 + n] = 4;
+        }
+        qn_solid *solid = MAKE(qn_solid_polyhedron(context, 2 * N, (const double(*)[3])points, N + 2, sizes, indices,
+                                                   &made, &error));
+        test_solid_claims("polyhedron", solid, &all_claims, &random);
+        qn_outline outline = {1, contour, (const double(*)[2])flat};
+        qn_solid *straight = MAKE(qn_solid_linear_extrude(context, &outline, 0.8, &made, &error));
+        for (int n = 0; n < 100; ++n) {
+            double x = 2 * test_random_unit(&random) - 1, y = 2 * test_random_unit(&random) - 1;
+            double z = 2 * test_random_unit(&random) - 0.5;
+            double a = value(solid, x, y, z), b = value(straight, x + 0.7, y, z);
+            assert_true(fabs(b) < 1e-12 || (a < 0) == (b < 0));
+        }
+        sizes[0] = N - 1; /* a face too small: open */
+        assert_int_equal(qn_solid_polyhedron(context, 2 * N, (const double(*)[3])points, 1, sizes, indices, &made,
+                                             &error), QN_ERROR_INPUT);
+        assert_non_null(strstr(error.message, "not closed"));
+        qn_solid_destroy(solid);
+        qn_solid_destroy(straight);
+    }
+    test_context_end(context);
+}
+
 static void values_are_closed_forms(void **state) {
     (void)state;
     qn_context *context = test_context(1);
@@ -343,6 +392,7 @@ int main(void) {
         cmocka_unit_test(primitives_keep_all_claims),
         cmocka_unit_test(scenes_keep_all_claims),
         cmocka_unit_test(extrusions_and_hulls_keep_all_claims),
+        cmocka_unit_test(polyhedra_keep_all_claims),
         cmocka_unit_test(values_are_closed_forms),
         cmocka_unit_test(touching_boxes_have_no_gap),
         cmocka_unit_test(owners_are_those_of_the_active_part),
