@@ -47,6 +47,7 @@ find_missing() {
     links jansson.h -ljansson || missing="$missing libjansson-dev"
     links png.h -lpng || wanted="$wanted libpng-dev"
     links nifti/nifti2_io.h -idirafter /usr/include/nifti -lnifti2 || wanted="$wanted libnifti2-dev"
+    links libqhull_r/qhull_ra.h -lqhull_r -lm || wanted="$wanted libqhull-dev"
     [ "$1" = yes ] || return 0
     links cmocka.h -lcmocka || missing="$missing libcmocka-dev"
     have "${CXX:-c++}" || wanted="$wanted g++"
