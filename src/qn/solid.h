@@ -43,9 +43,9 @@ QN_API qn_status qn_solid_from_callback(qn_context *context, const qn_solid_call
                                         qn_solid **solid_out, qn_error *error);
 QN_API void qn_solid_destroy(qn_solid *solid);
 
-/* Primitives. `fragments` is the number of flat facets round a circle, 3 to 16384 (spheres: 1024); 0 makes it round. A facetted sphere or
- * cylinder has its corners on the round one, as in OpenSCAD. A part with no room inside (a radius or an edge of
- * 0) is empty, which is no error; negative or non-finite numbers are QN_ERROR_INVALID_ARGUMENT. */
+/* Primitives. `fragments` is the number of flat facets round a circle, 3 to 16384 (spheres: 1024); 0 makes it
+ * round. A facetted sphere or cylinder has its corners on the round one, as in OpenSCAD. A part with no room inside (a
+ * radius or an edge of 0) is empty, which is no error; negative or non-finite numbers are QN_ERROR_INVALID_ARGUMENT. */
 QN_API qn_status qn_solid_box(qn_context *context, const double low[3], const double high[3],
                               qn_solid **solid_out, qn_error *error);
 QN_API qn_status qn_solid_sphere(qn_context *context, double radius, int32_t fragments, qn_solid **solid_out,

@@ -140,9 +140,9 @@ static qn_status projection(qni_csg_builder *build, const qni_csg_call *call, qn
 /* What is known but not supported, and what is not known. */
 static qn_status refuse(qni_csg_builder *build, const qni_csg_call *call) {
     return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                        "this module is not supported; supported are cube, sphere, cylinder, polyhedron, square, circle, "
-                        "polygon, group, union, difference, intersection, multmatrix, color, render, hull, "
-                        "linear_extrude, rotate_extrude, projection(cut = true)");
+                        "this module is not supported; supported are cube, sphere, cylinder, polyhedron, square, "
+                        "circle, polygon, group, union, difference, intersection, multmatrix, color, render, hull, "
+                        "minkowski of convex parts, linear_extrude, rotate_extrude, projection(cut = true)");
 }
 
 qn_status qni_csg_build(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
@@ -168,8 +168,8 @@ qn_status qni_csg_build(qni_csg_builder *build, const qni_csg_call *call, qn_sol
         return projection(build, call, solid_out);
     if (qni_csg_is(call, "hull"))
         return qni_csg_hull(build, call, solid_out);
-    if (qni_csg_is(call, "minkowski") && !call->children)
-        return qni_csg_give(build, qni_empty_create(build->context), solid_out);
+    if (qni_csg_is(call, "minkowski"))
+        return qni_csg_minkowski(build, call, solid_out);
     return refuse(build, call);
 }
 

@@ -27,7 +27,8 @@ qn_status qni_csg_linear_extrude(qni_csg_builder *build, const qni_csg_call *cal
         return QN_OK;
     }
     qn_status status = qni_csg_give(
-        build, qni_extrude_create(build->context, part, centre ? -0.5 * height : 0, centre ? 0.5 * height : height), solid_out);
+        build, qni_extrude_create(build->context, part, centre ? -0.5 * height : 0, centre ? 0.5 * height : height),
+        solid_out);
     qn_solid_destroy(part);
     return status;
 }
@@ -71,7 +72,9 @@ qn_status qni_csg_rotate_extrude(qni_csg_builder *build, const qni_csg_call *cal
                             fabs(angle) / fragments);
     qn_solid *part;
     QN_TRY(qni_csg_children(build, call, 2, &part));
-    qn_status status = qni_csg_give(build, qni_turn_create(build->context, part, angle, build->smooth ? 0 : fragments, range[0] < 0), solid_out);
+    qn_solid *turned =
+        qni_turn_create(build->context, part, angle, build->smooth ? 0 : fragments, range[0] < 0);
+    qn_status status = qni_csg_give(build, turned, solid_out);
     qn_solid_destroy(part);
     return status;
 }

@@ -220,32 +220,90 @@ qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int d
                         "outline of rotate_extrude");
 }
 
+/* The hull of the points, as a solid. */
+static qn_status hull_of(qni_csg_builder *build, const qni_csg_call *call, int dimension, const qni_points *points,
+                         int32_t owner, qn_solid **solid_out) {
+    qni_hull hull = {0};
+    if (points->count == 0)
+        return qni_csg_give(build, qni_empty_create(build->context), solid_out);
+    QN_TRY(qni_hull_make(build->context, dimension, points, NULL, &hull, build->error));
+    if (hull.flat)
+        return qni_csg_fail(build, call, QN_ERROR_INPUT, "all its points lie in one plane: there is no room inside");
+    qni_box box = qni_box_everything();
+    for (int k = 0; k < dimension; ++k) {
+        box.low[k] = box.high[k] = points->at[0][k];
+        for (int64_t n = 1; n < points->count; ++n) {
+            box.low[k] = fmin(box.low[k], points->at[n][k]);
+            box.high[k] = fmax(box.high[k], points->at[n][k]);
+        }
+    }
+    qn_status status = qni_csg_give(
+        build, qni_polytope_create(build->context, hull.plane_count, (const double(*)[4])hull.planes, &box, owner),
+        solid_out);
+    qni_hull_free(build->context, &hull);
+    return status;
+}
+
 qn_status qni_csg_hull(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
     int dimension = qni_csg_dimension(call);
     gathered all = {0};
-    qni_hull hull = {0};
-    ++build->owner;
-    int32_t owner = build->owner;
+    int32_t owner = ++build->owner;
     qn_status status = of_children(build, call, dimension, identity, &all.points);
-    if (status == QN_OK && all.points.count > 0)
-        status = qni_hull_make(build->context, dimension, &all.points, NULL, &hull, build->error);
-    if (status == QN_OK && hull.flat)
-        status = qni_csg_fail(build, call, QN_ERROR_INPUT, "all its points lie in one plane: there is no room inside");
-    if (status == QN_OK && all.points.count == 0) {
-        status = qni_csg_give(build, qni_empty_create(build->context), solid_out);
-    } else if (status == QN_OK) {
-        qni_box box = qni_box_everything();
-        for (int k = 0; k < dimension; ++k) {
-            box.low[k] = box.high[k] = all.points.at[0][k];
-            for (int64_t n = 1; n < all.points.count; ++n) {
-                box.low[k] = fmin(box.low[k], all.points.at[n][k]);
-                box.high[k] = fmax(box.high[k], all.points.at[n][k]);
-            }
-        }
-        status = qni_csg_give(build, qni_polytope_create(build->context, hull.plane_count,
-                                                     (const double(*)[4])hull.planes, &box, owner), solid_out);
-    }
-    qni_hull_free(build->context, &hull);
+    if (status == QN_OK)
+        status = hull_of(build, call, dimension, &all.points, owner, solid_out);
     gathered_free(build, &all);
+    return status;
+}
+
+/* The corners of one part of a minkowski(), which must be convex. */
+static qn_status convex_corners(qni_csg_builder *build, const qni_csg_call *call, const qni_csg_call *child,
+                                int dimension, qni_points *points) {
+    qn_solid *part;
+    int64_t count;
+    QN_TRY(qni_csg_build(build, child, &part));
+    bool convex = qni_polytope_planes(part, &count) != NULL;
+    qn_solid_destroy(part);
+    if (!convex || qni_csg_dimension(child) != dimension)
+        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
+                            "line %lld: only convex parts with flat facets, each of one piece, can be added up",
+                            (long long)child->line);
+    return qni_csg_points(build, child, dimension, identity, points);
+}
+
+enum { MOST_SUMS = 1 << 21 };
+
+/* sums = all sums of a point of `a` and a point of `b`. */
+static qn_status add_up(qni_csg_builder *build, const qni_csg_call *call, const qni_points *a, const qni_points *b,
+                        qni_points *sums) {
+    if (a->count > MOST_SUMS / (b->count > 0 ? b->count : 1))
+        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED, "%lld times %lld corners are too many to add up",
+                            (long long)a->count, (long long)b->count);
+    for (int64_t i = 0; i < a->count; ++i)
+        for (int64_t j = 0; j < b->count; ++j) {
+            const double sum[3] = {a->at[i][0] + b->at[j][0], a->at[i][1] + b->at[j][1], a->at[i][2] + b->at[j][2]};
+            if (!qni_points_add(build->context, sums, sum))
+                return qni_fail_memory(build->error, "a hull");
+        }
+    return QN_OK;
+}
+
+qn_status qni_csg_minkowski(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
+    int dimension = qni_csg_dimension(call);
+    qni_points sum = {0};
+    int32_t owner = build->owner + 1;
+    qn_status status = QN_OK;
+    for (const qni_csg_call *child = call->children; child && status == QN_OK; child = child->next) {
+        qni_points own = {0}, more = {0};
+        status = convex_corners(build, call, child, dimension, child == call->children ? &sum : &own);
+        if (status == QN_OK && child != call->children) {
+            status = add_up(build, call, &sum, &own, &more);
+            qni_points_free(build->context, &sum);
+            sum = more;
+        }
+        qni_points_free(build->context, &own);
+    }
+    if (status == QN_OK)
+        status = hull_of(build, call, dimension, &sum, owner, solid_out);
+    qni_points_free(build->context, &sum);
     return status;
 }

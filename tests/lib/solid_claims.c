@@ -131,7 +131,8 @@ static void check_crossing(check *test, const double a[3], const double b[3], co
         double point[1][3], value;
         along(a, b, crossing->at, point[0]);
         values_of(test, test->solid, 1, point, &value);
-        CLAIM(test, fabs(value) <= test->claims->slope * 1e-12 * (1 + size), "f = %g at crossing %.17g of (%.17g, %.17g, %.17g) - (%.17g, %.17g, %.17g), owner %d", value,
+        CLAIM(test, fabs(value) <= test->claims->slope * 1e-12 * (1 + size),
+              "f = %g at crossing %.17g of (%.17g, %.17g, %.17g) - (%.17g, %.17g, %.17g), owner %d", value,
               crossing->at, a[0], a[1], a[2], b[0], b[1], b[2], crossing->owner);
     }
 }

@@ -63,6 +63,9 @@ static void modules_have_their_volumes(void **state) {
         {"rotate_extrude($fn = 4, angle = -270) { square(size = [1, 2]); }", 3, false, false},
         {"hull() { cube(size = 1); multmatrix([[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 1); } }",
          3, false, true},
+        {"minkowski(convexity = 0) { cube(size = [1, 2, 3]); cube(size = [2, 1, 1], center = true); cube(size = 1); }", 80,
+         false, true},
+        {"linear_extrude(height = 1) { minkowski() { square(size = 2); circle(r = 1, $fn = 4); } }", 14, false, true},
         {"polyhedron(points = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 3]], faces = [[0, 1, 4], [1, 2, 4], "
          "[2, 3, 4], [3, 0, 4], [3, 2, 1, 0]]);", 4, false, false},
         {"polyhedron(points = [[0, 0, 0], [3, 0, 0], [1, 1, 0], [0, 3, 0], [0, 0, 1], [3, 0, 1], [1, 1, 1], [0, 3, 1]], "
@@ -98,7 +101,9 @@ static void bad_texts_end_in_one_sentence(void **state) {
         {"group() { cube(size = 1);", "expected '}'", QN_ERROR_INPUT},
         {"text(text = \"abc\", size = 10);", "flat shape", QN_ERROR_INPUT},
         {"linear_extrude(height = 1) { text(text = \"a\"); }", "text: this module is not supported", QN_ERROR_UNSUPPORTED},
-        {"minkowski() { cube(size = 1); cube(size = 1); }", "minkowski: this module is not supported", QN_ERROR_UNSUPPORTED},
+        {"minkowski() { cube(size = 1);\n union() { cube(size = 1); cube(size = [2, 1, 0.5]); } }", "line 2: only convex",
+         QN_ERROR_UNSUPPORTED},
+        {"minkowski() { cube(size = 1);\n group(); }", "line 2: only convex", QN_ERROR_UNSUPPORTED},
         {"import(file = \"a.stl\");", "import: this module is not supported", QN_ERROR_UNSUPPORTED},
         {"surface(file = \"a.png\");", "surface: this module", QN_ERROR_UNSUPPORTED},
         {"!cube(size = 1);", "the modifier '!'", QN_ERROR_UNSUPPORTED},
