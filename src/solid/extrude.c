@@ -28,6 +28,10 @@ qn_solid *qni_extrude_create(qn_context *context, qn_solid *part, double low, do
     int64_t count;
     const qni_plane *sides = qni_polytope_planes(part, &count);
     if (!sides) {
+        for (int k = 0; k < 2; ++k) { /* of the slab alone */
+            box.low[k] = -QNI_INFINITY;
+            box.high[k] = QNI_INFINITY;
+        }
         qn_solid *parts[2] = {part, qni_polytope_create(context, 2, (const double(*)[4])ends, &box,
                                                     part_owner(part))};
         qn_solid *solid = parts[1] ? qni_combine_create(context, true, 2, parts, NULL) : NULL;

@@ -110,10 +110,14 @@ qn_solid *qni_round_cylinder(qn_context *context, double low, double height, dou
     double planes[2][4];
     cap(low, false, planes[0]);
     cap(low + height, true, planes[1]);
-    qni_box box = {{-radius, -radius, low}, {radius, radius, low + height}};
+    qni_box box = {{-radius, -radius, low}, {radius, radius, low + height}}, slab = qni_box_everything();
+    slab.low[2] = low;
+    slab.high[2] = low + height;
     qn_solid *parts[2] = {qni_cone_create(context, low_radius - slope * low, slope, owner),
-                          qni_polytope_create(context, 2, (const double(*)[4])planes, &box, owner)};
+                          qni_polytope_create(context, 2, (const double(*)[4])planes, &slab, owner)};
     qn_solid *solid = parts[0] && parts[1] ? qni_combine_create(context, true, 2, parts, NULL) : NULL;
+    if (solid)
+        solid->box = box;
     qn_solid_destroy(parts[0]);
     qn_solid_destroy(parts[1]);
     return solid;

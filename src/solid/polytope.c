@@ -12,6 +12,8 @@ typedef struct polytope {
     qn_solid base;
     plane *planes;
     int64_t count;
+    /* Balls about one point that lie in the polytope and round it; a radius of 0 within: not known. */
+    double centre[3], inner, outer;
 } polytope;
 
 static void destroy(qn_solid *solid) {
@@ -82,8 +84,7 @@ static void plane_range(const plane *s, const qni_box *box, double range[2]) {
     range[1] = high + 4 * QNI_EPSILON * size + QNI_TIE;
 }
 
-static qn_status polytope_bounds(const qn_solid *solid, const qni_box *box, double range[2]) {
-    const polytope *p = (const polytope *)solid;
+static void exact_bounds(const polytope *p, const qni_box *box, double range[2]) {
     range[0] = range[1] = -QNI_INFINITY;
     for (int64_t n = 0; n < p->count; ++n) {
         double each[2];
@@ -91,6 +92,32 @@ static qn_status polytope_bounds(const qn_solid *solid, const qni_box *box, doub
         range[0] = fmax(range[0], each[0]);
         range[1] = fmax(range[1], each[1]);
     }
+}
+
+/* Bounds far away without a look at the planes, for trees of many parts. f is convex, -inner at the centre c at most and 0
+ * within `outer` of it, so it grows by inner / outer at least; and by 1 at most, as the normals are of unit length. */
+static bool far_bounds(const polytope *p, const qni_box *box, double range[2]) {
+    double nearest = 0, farthest = 0;
+    if (!(p->inner > 0))
+        return false;
+    for (int k = 0; k < 3; ++k) {
+        double low = box->low[k] - p->centre[k], high = box->high[k] - p->centre[k];
+        double least = low > 0 ? low : high < 0 ? -high : 0, most = fmax(fabs(low), fabs(high));
+        nearest += least * least;
+        farthest += most * most;
+    }
+    if (!(nearest > 4 * p->outer * p->outer))
+        return false;
+    double slack = 1e-12 * (fabs(p->centre[0]) + fabs(p->centre[1]) + fabs(p->centre[2]) + sqrt(farthest));
+    range[0] = p->inner * (sqrt(nearest) / p->outer - 1) * (1 - 1e-12) - slack;
+    range[1] = sqrt(farthest) + slack;
+    return true;
+}
+
+static qn_status polytope_bounds(const qn_solid *solid, const qni_box *box, double range[2]) {
+    const polytope *p = (const polytope *)solid;
+    if (!far_bounds(p, box, range))
+        exact_bounds(p, box, range);
     return QN_OK;
 }
 
@@ -141,7 +168,7 @@ static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box, qn
     const polytope *p = (const polytope *)solid;
     double range[2], each[2];
     int64_t kept = 0;
-    polytope_bounds(solid, box, range);
+    exact_bounds(p, box, range);
     for (int64_t n = 0; n < p->count; ++n) {
         plane_range(&p->planes[n], box, each);
         kept += each[1] >= range[0];
@@ -152,6 +179,9 @@ static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box, qn
     *solid_out = create(solid->context, kept, &solid->box, solid->owner, &smaller);
     if (!*solid_out)
         return QN_ERROR_OUT_OF_MEMORY;
+    memcpy(smaller->centre, p->centre, sizeof p->centre); /* they hold for f, which is the same in the box */
+    smaller->inner = p->inner;
+    smaller->outer = p->outer;
     kept = 0;
     for (int64_t n = 0; n < p->count; ++n) {
         plane_range(&p->planes[n], box, each);
@@ -186,6 +216,20 @@ static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, 
     return &p->base;
 }
 
+static void find_balls(polytope *p) {
+    double squares = 0, value;
+    if (!qni_box_is_finite(&p->base.box))
+        return;
+    for (int k = 0; k < 3; ++k) {
+        double half = 0.5 * (p->base.box.high[k] - p->base.box.low[k]);
+        p->centre[k] = p->base.box.low[k] + half;
+        squares += half * half;
+    }
+    polytope_values(&p->base, 1, (const double(*)[3])&p->centre, &value);
+    p->outer = sqrt(squares) * (1 + 1e-12);
+    p->inner = value < -1e-6 * p->outer ? -value : 0;
+}
+
 /* The side of a point on the plane, moved by (e, e^2, e^3). */
 static double tie_of(const double normal[3]) {
     for (int k = 0; k < 3; ++k)
@@ -209,6 +253,7 @@ qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (
         out->distance = in[3] / length;
         out->tie = tie_of(out->normal);
     }
+    find_balls(p);
     return solid;
 }
 

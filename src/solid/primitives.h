@@ -10,8 +10,8 @@ qn_solid *qni_sphere_create(qn_context *context, const double centre[3], double 
 qn_solid *qni_cone_create(qn_context *context, double radius, double slope, int32_t owner);
 qn_solid *qni_torus_create(qn_context *context, double ring_radius, double tube_radius, int32_t owner);
 
-/* n . p < d, with n = (plane[0], plane[1], plane[2]) and d = plane[3]. The box holds the intersection. Normals need not
- * be of unit length: they are brought to it. */
+/* n . p < d, with n = (plane[0], plane[1], plane[2]) and d = plane[3]. The box holds the intersection (all of it:
+ * bounds far away are derived from it). Normals need not be of unit length: they are brought to it. */
 qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (*planes)[4], const qni_box *box,
                               int32_t owner);
 
