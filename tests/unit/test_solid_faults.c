@@ -62,7 +62,7 @@ static void runs_out(const char *name, const char *text) {
         qn_status status = use(context, name, text);
         assert_int_equal(qn_context_memory(context).current_bytes, 0);
         qn_context_destroy(context);
-        if (status == QN_OK)
+        if (status == QN_OK || status == QN_ERROR_UNSUPPORTED) /* a build without Qhull: that much is read */
             break;
         assert_int_equal(status, QN_ERROR_OUT_OF_MEMORY);
         ++failures;
