@@ -5,6 +5,7 @@
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
 #include "dmc/repair.h"
+#include "dmc/tunnel_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -19,6 +20,8 @@ typedef struct worker {
     int64_t multi_count, multi_capacity;
     qni_doubled_face *doubled;
     int64_t doubled_count, doubled_capacity;
+    qni_tunnel_cell *tunnels;
+    int64_t tunnel_count, tunnel_capacity;
     qni_dmc_tally tally;
     uint8_t simple[256]; /* qni_case_is_simple(), looked up */
     bool failed;
@@ -38,11 +41,13 @@ static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_
 /* Room for whatever one more leaf may hold. */
 static bool reserve_leaf(qn_context *context, worker *w) {
     enum { CELLS = QNI_LEAF * QNI_LEAF * QNI_LEAF };
-    void *multis = w->multis, *doubled = w->doubled;
+    void *multis = w->multis, *doubled = w->doubled, *tunnels = w->tunnels;
     const bool good = reserve(context, &multis, &w->multi_capacity, w->multi_count + CELLS, sizeof *w->multis) &&
-                      reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS, sizeof *w->doubled);
+                      reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS, sizeof *w->doubled) &&
+                      reserve(context, &tunnels, &w->tunnel_capacity, w->tunnel_count + CELLS, sizeof *w->tunnels);
     w->multis = multis;
     w->doubled = doubled;
+    w->tunnels = tunnels;
     return good;
 }
 
@@ -52,14 +57,31 @@ static void find_doubled(const qni_field *field, const int64_t at[3], int ambigu
             w->doubled_count += qni_face_is_doubled(field, at, axis, entry, w->doubled + w->doubled_count);
 }
 
+/* Tunnels between polygons that have all their quads can be restored; an open surface's rim is left as it is. */
+static void note_tunnel(const qni_field *field, const double d[8], const int64_t at[3], int entry, worker *w) {
+    qni_tunnel tunnel = {{0}, 0, {0}};
+    if (!qni_find_tunnel(d, entry, &tunnel))
+        return;
+    qni_tunnel_cell cell = {.entry = (uint16_t)entry};
+    for (int n = 0; n < 2; ++n)
+        cell.polygon[n] = (uint8_t)tunnel.polygon[n];
+    for (int a = 0; a < 3; ++a) {
+        cell.cell[a] = (int32_t)at[a];
+        cell.middle[a] = tunnel.middle[a];
+    }
+    ++w->tally.tunnels;
+    if (qni_tunnel_has_quads(field, &cell))
+        w->tunnels[w->tunnel_count++] = cell;
+}
+
 /* A cell whose polygons are not known from its signs alone. */
 static int resolve_cell(const qni_field *field, const int64_t at[3], int case_index, worker *w, int *entry) {
+    double d[8];
+    for (int c = 0; c < 8; ++c)
+        d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
     if (qni_case_ambiguous_faces(case_index) == 0) {
         *entry = qni_case_offset(case_index);
     } else {
-        double d[8];
-        for (int c = 0; c < 8; ++c)
-            d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
         qni_cell_choice choice = qni_cell_resolve(d, case_index);
         int own = 1 << 0 | 1 << 2 | 1 << 4; /* faces are counted by the cell above them, or by the last cell */
         for (int a = 0; a < 3; ++a)
@@ -69,6 +91,8 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
         *entry = choice.entry;
         find_doubled(field, at, choice.ambiguous_faces, choice.entry, w);
     }
+    if (qni_entry_polygons(*entry) > 1)
+        note_tunnel(field, d, at, *entry, w);
     return qni_entry_polygons(*entry);
 }
 
@@ -145,6 +169,7 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     int64_t mixed = count_mixed(&dmc->field, &w->scan, band_row);
     w->multi_count = 0;
     w->doubled_count = 0;
+    w->tunnel_count = 0;
     if (mixed == 0)
         return true;
     row->leaves = qni_alloc(dmc->context, mixed, sizeof *row->leaves);
@@ -179,6 +204,13 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
         row->doubled_count = (int32_t)w->doubled_count;
         memcpy(row->doubled, w->doubled, (size_t)w->doubled_count * sizeof *row->doubled);
     }
+    if (w->tunnel_count && dmc->with_tunnels) {
+        row->tunnels = qni_alloc(dmc->context, w->tunnel_count, sizeof *row->tunnels);
+        if (!row->tunnels)
+            return false;
+        row->tunnel_count = (int32_t)w->tunnel_count;
+        memcpy(row->tunnels, w->tunnels, (size_t)w->tunnel_count * sizeof *row->tunnels);
+    }
     return true;
 }
 
@@ -197,6 +229,7 @@ void qni_dmc_free_rows(qni_dmc *dmc) {
         qni_free(dmc->context, row->leaves, row->leaf_count, sizeof *row->leaves);
         qni_free(dmc->context, row->quads, row->leaf_count, sizeof *row->quads);
         qni_free(dmc->context, row->doubled, row->doubled_count, sizeof *row->doubled);
+        qni_free(dmc->context, row->tunnels, row->tunnel_count, sizeof *row->tunnels);
         qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
     }
     qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);
@@ -208,6 +241,7 @@ static void add_tally(qni_dmc_tally *sum, const qni_dmc_tally *part) {
     sum->ambiguous_faces += part->ambiguous_faces;
     sum->tied_faces += part->tied_faces;
     sum->multiple_cells += part->multiple_cells;
+    sum->tunnels += part->tunnels;
 }
 
 static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
@@ -216,6 +250,7 @@ static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
             qni_scan_destroy(dmc->context, &dmc->field, &workers[t].scan);
         qni_free(dmc->context, workers[t].multis, workers[t].multi_capacity, sizeof *workers[t].multis);
         qni_free(dmc->context, workers[t].doubled, workers[t].doubled_capacity, sizeof *workers[t].doubled);
+        qni_free(dmc->context, workers[t].tunnels, workers[t].tunnel_capacity, sizeof *workers[t].tunnels);
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
 }
@@ -258,7 +293,7 @@ static qn_status count_bands(qni_dmc *dmc, worker *workers, int32_t threads, qn_
 }
 
 static void assign_bases(qni_dmc *dmc) {
-    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = dmc->doubled_count = 0;
+    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = dmc->doubled_count = dmc->tunnel_count = 0;
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         qni_dmc_row *row = dmc->rows + r;
         row->vertex_base = dmc->vertex_count;
@@ -267,6 +302,7 @@ static void assign_bases(qni_dmc *dmc) {
         dmc->quad_count += row->quad_count;
         dmc->leaf_count += row->leaf_count;
         dmc->doubled_count += row->doubled_count;
+        dmc->tunnel_count += row->tunnel_count;
     }
 }
 

@@ -41,6 +41,8 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
     report->quads = total_quads(dmc);
     report->doubled_edges = dmc->doubled_count;
     report->repaired_edges = dmc->repair ? dmc->repair->face_count : 0;
+    report->tunnels = tally->tunnels;
+    report->restored_tunnels = dmc->tunnel_count;
     report->slice_points = tally->slice_points;
     report->degenerate_points = tally->degenerate_points;
     report->fallback_points = tally->fallback_points + (dmc->repair ? dmc->repair->fallback_points : 0);
@@ -82,13 +84,14 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     const double start = qni_seconds();
     dmc.with_halfedges = (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
     dmc.with_repair = !options->keep_doubled;
+    dmc.with_tunnels = options->topology == QN_TOPOLOGY_EXACT;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
     QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open, &dmc.field, error));
     if (needs_measuring(&dmc.field))
         qni_field_measure_nonfinite(context, &dmc.field);
     qn_status status = qni_dmc_count(&dmc, error);
-    if (status == QN_OK && dmc.with_repair && dmc.doubled_count > 0)
+    if (status == QN_OK && ((dmc.with_repair && dmc.doubled_count > 0) || dmc.tunnel_count > 0))
         status = qni_repair_plan(&dmc, error);
     const double counted = qni_seconds();
     if (status == QN_OK && !options->count_only)

@@ -36,31 +36,40 @@ typedef struct qni_doubled_face {
     uint8_t first_cut; /* its segments cut off face corners first_cut and first_cut + 2 */
 } qni_doubled_face;
 
+/* A cell whose interpolant joins two of its polygons inside (tunnel_hd.h). */
+typedef struct qni_tunnel_cell {
+    int32_t cell[3];
+    uint16_t entry; /* of cases_hd.h */
+    uint8_t polygon[2];
+    double middle[3]; /* in the tunnel; local */
+} qni_tunnel_cell;
+
 typedef struct qni_dmc_row {
     qni_dmc_leaf *leaves;  /* ascending x */
     qni_leaf_quads *quads; /* of each leaf; only when halfedges are wanted */
     qni_multi_cell *multis;
     qni_doubled_face *doubled;
-    int32_t leaf_count, multi_count, doubled_count;
+    qni_tunnel_cell *tunnels;
+    int32_t leaf_count, multi_count, doubled_count, tunnel_count;
     int64_t vertex_count, quad_count;
     int64_t vertex_base, quad_base; /* in the mesh */
 } qni_dmc_row;
 
 /* Counters of what the values decided; summed over rows, so no order matters. */
 typedef struct qni_dmc_tally {
-    int64_t active_cells, ambiguous_faces, tied_faces, multiple_cells;
+    int64_t active_cells, ambiguous_faces, tied_faces, multiple_cells, tunnels;
     int64_t slice_points, degenerate_points, fallback_points, zero_gradients;
 } qni_dmc_tally;
 
 typedef struct qni_dmc {
     qn_context *context;
     qni_field field;
-    bool with_halfedges, with_repair;
+    bool with_halfedges, with_repair, with_tunnels;
     struct qni_repair *repair; /* planned after counting, when there are doubled edges */
     qni_dmc_row *rows;
     int64_t row_count;
     int64_t vertex_count, quad_count, leaf_count; /* before repair */
-    int64_t doubled_count;
+    int64_t doubled_count, tunnel_count; /* of those to be taken apart, and restored */
     int64_t held_before;   /* bytes the context held when the work began */
     int64_t scratch_bytes; /* most bytes held beside that and the mesh */
     qni_dmc_tally tally;

@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: MIT
 /* Splitting the quads at doubled edges: where the new vertices lie, which quads they make. All of it is arithmetic on the
  * cells at hand; every point and every quad is written by itself. */
-#include "dmc/repair.h"
+#include "dmc/repair_parts.h"
 #include "dmc/cell_hd.h"
-#include "dmc/ring_hd.h"
 #include "dmc/vertex_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
 
 #include <math.h>
 #include <string.h>
-
-typedef struct repair_job {
-    const qni_dmc *dmc;
-    const qni_frame *frame;
-    qn_mesh *mesh;
-    bool reverse;
-} repair_job;
 
 /* ---- vertices -------------------------------------------------------------------------------- */
 
@@ -39,7 +31,7 @@ static void load_stencil(const qni_field *field, const int64_t cell[3], double s
     }
 }
 
-static void place(const repair_job *job, const int64_t cell[3], const double local[3], int64_t vertex) {
+void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3], int64_t vertex) {
     double stencil[QNI_STENCIL];
     const double at[3] = {(double)cell[0], (double)cell[1], (double)cell[2]};
     float position[3], normal[3];
@@ -48,8 +40,7 @@ static void place(const repair_job *job, const int64_t cell[3], const double loc
     qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, job->frame);
 }
 
-/* Corner values of a cell. */
-static void load_corners(const qni_field *field, const int64_t cell[3], double d[8]) {
+void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], double d[8]) {
     for (int c = 0; c < 8; ++c)
         d[c] = qni_field_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
 }
@@ -123,7 +114,7 @@ static bool point_in_cell(const double d[8], int axis, int face_side, const doub
 static const double nearness = 0.0625;
 
 /* The four points of a doubled face: two for each segment, first the one above the face. Returns how many stay on it. */
-static int place_face_points(const repair_job *job, int64_t index) {
+static int place_face_points(const qni_repair_job *job, int64_t index) {
     const qni_doubled_face *face = job->dmc->repair->faces + index;
     const int axis = face->axis;
     double d[2][8];
@@ -132,7 +123,7 @@ static int place_face_points(const repair_job *job, int64_t index) {
     for (int side = 0; side < 2; ++side) {
         for (int a = 0; a < 3; ++a)
             cell[side][a] = face->cell[a] - (side && a == axis);
-        load_corners(&job->dmc->field, cell[side], d[side]);
+        qni_repair_load_corners(&job->dmc->field, cell[side], d[side]);
     }
     for (int segment = 0; segment < 2; ++segment) {
         double uw[2], length;
@@ -144,7 +135,7 @@ static int place_face_points(const repair_job *job, int64_t index) {
         for (int side = 0; side < 2; ++side) {
             double local[3];
             left += !point_in_cell(d[side], axis, side, uw, length * nearness, local);
-            place(job, cell[side], local, job->dmc->vertex_count + 4 * index + 2 * segment + side);
+            qni_repair_place(job, cell[side], local, job->dmc->vertex_count + 4 * index + 2 * segment + side);
         }
     }
     return left;
@@ -152,26 +143,26 @@ static int place_face_points(const repair_job *job, int64_t index) {
 
 /* ---- quads ----------------------------------------------------------------------------------- */
 
-enum { LARGEST_BOUNDARY = 12 };
-
-/* The side of the split quad at a ring side. */
-static int ring_side_of(const qni_quad_split *split, int side) {
-    return qni_quad_side(side, split->forward);
-}
-
-/* The boundary of a quad with the points on its sides, from its first corner on. */
-static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split, uint32_t boundary[LARGEST_BOUNDARY]) {
+/* The boundary of a quad with the points on its sides, from its first corner on (repair_parts.h). */
+static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split, uint32_t boundary[QNI_LARGEST_BOUNDARY]) {
     int count = 0;
     for (int k = 0; k < 4; ++k) {
-        const int ring_side = ring_side_of(split, k);
-        boundary[count++] = split->corners[k];
-        if (split->points[ring_side] == QNI_NO_POINTS)
-            continue;
-        /* Sides 0 and 1 of a ring climb, 2 and 3 come down. */
-        const bool climbs = (ring_side < 2) == (split->forward != 0);
-        const uint32_t above = (uint32_t)(dmc->vertex_count + split->points[ring_side]);
-        boundary[count++] = climbs ? above + 1 : above;
-        boundary[count++] = climbs ? above : above + 1;
+        const int ring_side = qni_split_ring_side(split, k);
+        if (qni_split_cuts(split, k)) {
+            boundary[count++] = qni_cut_corner_vertex(dmc, split, k);
+            boundary[count++] = qni_cut_side_vertex(dmc, split, k, true);
+        } else {
+            boundary[count++] = split->corners[k];
+        }
+        if (qni_split_doubles(split, k)) {
+            /* Sides 0 and 1 of a ring climb, 2 and 3 come down. */
+            const bool climbs = (ring_side < 2) == (split->forward != 0);
+            const uint32_t above = (uint32_t)(dmc->vertex_count + split->points[ring_side]);
+            boundary[count++] = climbs ? above + 1 : above;
+            boundary[count++] = climbs ? above : above + 1;
+        }
+        if (qni_split_cuts(split, k + 1))
+            boundary[count++] = qni_cut_side_vertex(dmc, split, k + 1, false);
     }
     return count;
 }
@@ -227,126 +218,52 @@ static int better_turn(const float *positions, const uint32_t *boundary, int cou
     return worst[1] > worst[0];
 }
 
-/* Where fan quad j of a split goes. */
-static int64_t fan_place(const qni_dmc *dmc, const qni_quad_split *split, int j) {
-    return j == 0 ? (int64_t)split->quad : dmc->quad_count + split->first_extra + j - 1;
-}
-
-static uint32_t centre_of(const qni_dmc *dmc, int64_t index) {
-    return (uint32_t)(dmc->vertex_count + 4 * dmc->repair->face_count + index);
+/* Remember a quad as emitted: splits overwrite it, and tunnels need to know its corners. */
+static void note_quad(const qni_repair_job *job, qni_quad_split *split) {
+    const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
+    double d[8];
+    qni_repair_load_corners(&job->dmc->field, cell, d);
+    split->forward = (d[0] >= 0) != job->reverse;
+    memcpy(split->corners, job->mesh->quads + 4 * (size_t)split->quad, sizeof split->corners);
 }
 
 /* The centre is where the lattice edge meets the surface: a point of all four cells and of the right branch in each. */
-static void split_quad(const repair_job *job, int64_t index) {
+static void split_quad(const qni_repair_job *job, int64_t index) {
     const qni_dmc *dmc = job->dmc;
     qni_quad_split *split = dmc->repair->splits + index;
     const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
+    const uint32_t centre = qni_centre_vertex(dmc, index);
     double local[3] = {0, 0, 0}, d[8];
-    load_corners(&dmc->field, cell, d);
+    qni_repair_load_corners(&dmc->field, cell, d);
     local[split->axis] = d[0] / (d[0] - d[1 << split->axis]);
-    split->forward = (d[0] >= 0) != job->reverse;
-    place(job, cell, local, centre_of(dmc, index));
-    memcpy(split->corners, job->mesh->quads + 4 * (size_t)split->quad, sizeof split->corners);
-    uint32_t boundary[LARGEST_BOUNDARY];
+    qni_repair_place(job, cell, local, centre);
+    uint32_t boundary[QNI_LARGEST_BOUNDARY];
     const int count = boundary_of(dmc, split, boundary);
-    split->turn = (uint8_t)better_turn(job->mesh->positions, boundary, count, centre_of(dmc, index));
+    split->turn = (uint8_t)better_turn(job->mesh->positions, boundary, count, centre);
     for (int j = 0; j < count / 2; ++j)
-        fan_quad(boundary, count, centre_of(dmc, index), split->turn, j, job->mesh->quads + 4 * fan_place(dmc, split, j));
+        fan_quad(boundary, count, centre, split->turn, j, job->mesh->quads + 4 * qni_fan_place(dmc, split, j));
 }
 
 void qni_repair_apply(qni_dmc *dmc, const qni_frame *frame, bool reverse, qn_mesh *mesh) {
-    const repair_job job = {dmc, frame, mesh, reverse};
+    const qni_repair_job job = {dmc, frame, mesh, reverse};
+    const qni_repair *repair = dmc->repair;
     const int32_t threads = qn_context_threads(dmc->context);
     int64_t left = 0;
     (void)threads;
-#pragma omp parallel for schedule(static) reduction(+ : left) num_threads(threads)
-    for (int64_t n = 0; n < dmc->repair->face_count; ++n)
-        left += place_face_points(&job, n);
 #pragma omp parallel for schedule(static) num_threads(threads)
-    for (int64_t n = 0; n < dmc->repair->split_count; ++n)
+    for (int64_t n = 0; n < repair->split_count; ++n)
+        note_quad(&job, repair->splits + n);
+#pragma omp parallel for schedule(static) reduction(+ : left) num_threads(threads)
+    for (int64_t n = 0; n < repair->face_count; ++n)
+        left += place_face_points(&job, n);
+#pragma omp parallel for schedule(static) reduction(+ : left) num_threads(threads)
+    for (int64_t n = 0; n < 2 * repair->tunnel_count; ++n)
+        left += qni_tunnel_place_end(&job, n);
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int64_t n = 0; n < repair->split_count; ++n)
         split_quad(&job, n);
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int64_t n = 0; n < repair->tunnel_count; ++n)
+        qni_tunnel_close(&job, n);
     dmc->repair->fallback_points = left;
-}
-
-/* ---- halfedges ------------------------------------------------------------------------------- */
-
-static int parts_of_side(const qni_quad_split *split, int k) {
-    return split->points[ring_side_of(split, k)] == QNI_NO_POINTS ? 1 : 3;
-}
-
-static int boundary_size(const qni_quad_split *split) {
-    return 2 * split->quads;
-}
-
-/* The halfedge of a part of old side k. */
-static uint32_t part_halfedge(const qni_dmc *dmc, const qni_quad_split *split, int k, int part) {
-    int e = part;
-    for (int n = 0; n < k; ++n)
-        e += parts_of_side(split, n);
-    const int count = boundary_size(split), from_turn = (e + count - split->turn) % count;
-    return (uint32_t)(4 * fan_place(dmc, split, from_turn / 2) + 1 + from_turn % 2);
-}
-
-static const qni_quad_split *split_of_quad(const qni_repair *repair, uint32_t quad) {
-    int64_t low = 0, high = repair->split_count;
-    while (low < high) {
-        const int64_t middle = low + (high - low) / 2;
-        if (repair->splits[middle].quad < quad)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < repair->split_count && repair->splits[low].quad == quad ? repair->splits + low : NULL;
-}
-
-static void link_side(const qni_dmc *dmc, const qni_quad_split *split, int k, uint32_t *twins) {
-    const int parts = parts_of_side(split, k);
-    const uint32_t twin = split->twins[k];
-    const qni_quad_split *other = twin == QN_NO_HALFEDGE ? NULL : split_of_quad(dmc->repair, twin / 4);
-    for (int part = 0; part < parts; ++part) {
-        const uint32_t own = part_halfedge(dmc, split, k, part);
-        twins[own] = other ? part_halfedge(dmc, other, (int)(twin & 3), parts - 1 - part) : twin;
-        if (!other && twin != QN_NO_HALFEDGE)
-            twins[twin] = own;
-    }
-}
-
-static void link_spokes(const qni_dmc *dmc, const qni_quad_split *split, uint32_t *twins) {
-    const int fan = split->quads;
-    for (int j = 0; j < fan; ++j) {
-        const uint32_t out = (uint32_t)(4 * fan_place(dmc, split, (j + 1) % fan));
-        const uint32_t back = (uint32_t)(4 * fan_place(dmc, split, j) + 3);
-        twins[out] = back;
-        twins[back] = out;
-    }
-}
-
-static void link_vertices(const qni_dmc *dmc, int64_t index, qn_mesh *mesh) {
-    const qni_quad_split *split = dmc->repair->splits + index;
-    for (int k = 0; k < 4; ++k) {
-        if (mesh->vertex_halfedges[split->corners[k]] == 4 * split->quad + (uint32_t)k)
-            mesh->vertex_halfedges[split->corners[k]] = part_halfedge(dmc, split, k, 0);
-        for (int part = 1; part < parts_of_side(split, k); ++part) {
-            const uint32_t h = part_halfedge(dmc, split, k, part);
-            uint32_t *of_vertex = mesh->vertex_halfedges + mesh->quads[h];
-            if (*of_vertex == QN_NO_HALFEDGE || mesh->twins[h] == QN_NO_HALFEDGE)
-                *of_vertex = h;
-        }
-    }
-    mesh->vertex_halfedges[centre_of(dmc, index)] = 4 * split->quad;
-}
-
-void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {
-    qni_repair *repair = dmc->repair;
-    for (int64_t v = dmc->vertex_count; v < mesh->vertex_count; ++v)
-        mesh->vertex_halfedges[v] = QN_NO_HALFEDGE;
-    for (int64_t n = 0; n < repair->split_count; ++n)
-        memcpy(repair->splits[n].twins, mesh->twins + 4 * (size_t)repair->splits[n].quad, sizeof repair->splits[n].twins);
-    for (int64_t n = 0; n < repair->split_count; ++n) {
-        for (int k = 0; k < 4; ++k)
-            link_side(dmc, repair->splits + n, k, mesh->twins);
-        link_spokes(dmc, repair->splits + n, mesh->twins);
-    }
-    for (int64_t n = 0; n < repair->split_count; ++n)
-        link_vertices(dmc, n, mesh);
 }

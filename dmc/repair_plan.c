@@ -79,76 +79,165 @@ bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis
 
 /* ---- the plan -------------------------------------------------------------------------------- */
 
-/* One side of a quad at a doubled edge; sorted by the quad's place in the mesh. */
-typedef struct side {
+/* What is to be done with a quad: points on one of its sides, or a corner cut off. Sorted by the quad's place in the mesh. */
+typedef struct mark {
     int64_t row;
     int32_t point[3];
-    uint8_t axis, ring_side;
-    int64_t points;
-} side;
+    uint8_t axis, is_cut;
+    uint8_t place; /* ring side of points, ring place of a cut */
+    uint8_t cut_edge, cut_side[2];
+    int64_t value; /* the first of the points; the tunnel's end */
+} mark;
 
 static int compare_numbers(int64_t a, int64_t b) {
     return a < b ? -1 : a > b;
 }
 
 /* Row, leaf, axis, then z, y, x: the order in which emission writes quads. */
-static int compare_sides(const void *first, const void *second) {
-    const side *a = first, *b = second;
+static int compare_marks(const void *first, const void *second) {
+    const mark *a = first, *b = second;
     int order = compare_numbers(a->row, b->row);
     order = order ? order : compare_numbers(a->point[0] / QNI_LEAF, b->point[0] / QNI_LEAF);
     order = order ? order : compare_numbers(a->axis, b->axis);
     for (int axis = 2; axis >= 0; --axis)
         order = order ? order : compare_numbers(a->point[axis], b->point[axis]);
-    return order ? order : compare_numbers(a->ring_side, b->ring_side);
+    order = order ? order : compare_numbers(a->is_cut, b->is_cut);
+    return order ? order : compare_numbers(a->place, b->place);
 }
 
 static int64_t row_of_point(const qni_field *field, const int32_t point[3]) {
     return point[2] / QNI_LEAF * field->leaves[1] + point[1] / QNI_LEAF;
 }
 
-static int64_t list_sides(const qni_dmc *dmc, side *sides) {
+static int64_t mark_sides(const qni_dmc *dmc, mark *marks) {
     const qni_field *field = &dmc->field;
     int64_t count = 0;
     for (int64_t i = 0; i < dmc->repair->face_count; ++i) {
         const qni_doubled_face *face = dmc->repair->faces + i;
         for (int n = 0; n < 4; ++n) {
             const int edge = qni_face_edge(2 * face->axis, face->first_cut + 3 + n);
-            side s = {.axis = (uint8_t)qni_edge_axis(edge), .points = 4 * i + 2 * (n / 2)};
-            edge_point(face->cell, edge, s.point);
-            if (!is_inner(field, s.point, s.axis))
+            mark m = {.axis = (uint8_t)qni_edge_axis(edge), .value = 4 * i + 2 * (n / 2)};
+            edge_point(face->cell, edge, m.point);
+            if (!is_inner(field, m.point, m.axis))
                 continue;
-            s.row = row_of_point(field, s.point);
-            s.ring_side = (uint8_t)qni_ring_side(edge, 2 * face->axis);
-            sides[count++] = s;
+            m.row = row_of_point(field, m.point);
+            m.place = (uint8_t)qni_ring_side(edge, 2 * face->axis);
+            marks[count++] = m;
         }
     }
-    qsort(sides, (size_t)count, sizeof *sides, compare_sides);
     return count;
 }
 
-static bool same_edge(const side *s, const qni_quad_split *split) {
-    return s->axis == split->axis && memcmp(s->point, split->point, sizeof s->point) == 0;
+static int64_t mark_cuts(const qni_dmc *dmc, mark *marks) {
+    int64_t count = 0;
+    for (int64_t i = 0; i < 2 * dmc->repair->tunnel_count; ++i) {
+        const qni_tunnel_end *end = dmc->repair->ends + i;
+        for (int n = 0; n < end->count; ++n) {
+            const int edge = end->edge[n], before = n == 0 ? end->count - 1 : n - 1;
+            const int next = end->edge[n + 1 < end->count ? n + 1 : 0];
+            mark m = {.axis = (uint8_t)qni_edge_axis(edge), .is_cut = 1, .cut_edge = (uint8_t)n, .value = i};
+            edge_point(dmc->repair->tunnels[i / 2].cell, edge, m.point);
+            m.row = row_of_point(&dmc->field, m.point);
+            m.place = (uint8_t)qni_ring_place(edge);
+            const bool next_after = qni_ring_side(edge, qni_face_of_edges(edge, next)) == m.place;
+            m.cut_side[0] = (uint8_t)(next_after ? before : n);
+            m.cut_side[1] = (uint8_t)(next_after ? n : before);
+            marks[count++] = m;
+        }
+    }
+    return count;
 }
 
-static void list_splits(qni_repair *repair, const side *sides, int64_t side_count) {
-    for (int64_t n = 0; n < side_count; ++n) {
+static bool same_edge(const mark *m, const qni_quad_split *split) {
+    return m->axis == split->axis && memcmp(m->point, split->point, sizeof m->point) == 0;
+}
+
+static void start_split(qni_repair *repair, const mark *m) {
+    qni_quad_split *split = repair->splits + repair->split_count++;
+    *split = (qni_quad_split){.row = m->row, .axis = m->axis, .quads = 2};
+    memcpy(split->point, m->point, sizeof split->point);
+    for (int n = 0; n < 4; ++n) {
+        split->points[n] = QNI_NO_POINTS;
+        split->cut_end[n] = QNI_NOT_CUT;
+    }
+}
+
+static void list_splits(qni_repair *repair, const mark *marks, int64_t mark_count) {
+    for (int64_t n = 0; n < mark_count; ++n) {
+        const mark *m = marks + n;
+        if (repair->split_count == 0 || !same_edge(m, repair->splits + repair->split_count - 1))
+            start_split(repair, m);
         qni_quad_split *split = repair->splits + repair->split_count - 1;
-        if (repair->split_count == 0 || !same_edge(sides + n, split)) {
-            ++split;
-            ++repair->split_count;
-            *split = (qni_quad_split){.row = sides[n].row, .axis = sides[n].axis, .quads = 2};
-            memcpy(split->point, sides[n].point, sizeof split->point);
-            for (int s = 0; s < 4; ++s)
-                split->points[s] = QNI_NO_POINTS;
-        }
-        split->points[sides[n].ring_side] = sides[n].points;
         ++split->quads;
+        if (!m->is_cut) {
+            split->points[m->place] = m->value;
+            continue;
+        }
+        split->cut_end[m->place] = (int32_t)m->value;
+        split->cut_edge[m->place] = m->cut_edge;
+        memcpy(split->cut_side[m->place], m->cut_side, sizeof m->cut_side);
+        repair->ends[m->value].split[m->cut_edge] = repair->split_count - 1;
     }
     for (int64_t n = 0; n < repair->split_count; ++n) {
-        repair->splits[n].first_extra = repair->extra_quads;
-        repair->extra_quads += repair->splits[n].quads - 1;
+        repair->splits[n].first_extra = repair->split_quads;
+        repair->split_quads += repair->splits[n].quads - 1;
     }
-    repair->extra_vertices = 4 * repair->face_count + repair->split_count;
+}
+
+/* The edges of a tunnel's polygon in their order. */
+static void list_end(const qni_tunnel_cell *tunnel, int polygon, qni_tunnel_end *end) {
+    const unsigned edges = qni_entry_edges(tunnel->entry, polygon);
+    const uint64_t next = qni_entry_next_code(tunnel->entry);
+    int edge = 0;
+    while (!(edges >> edge & 1))
+        ++edge;
+    for (end->count = 0; end->count == 0 || edge != end->edge[0]; edge = (int)(next >> (4 * edge) & 15))
+        end->edge[end->count++] = (uint8_t)edge;
+}
+
+bool qni_tunnel_has_quads(const qni_field *field, const qni_tunnel_cell *tunnel) {
+    for (int n = 0; n < 2; ++n) {
+        qni_tunnel_end end;
+        list_end(tunnel, tunnel->polygon[n], &end);
+        for (int k = 0; k < end.count; ++k) {
+            int32_t point[3];
+            edge_point(tunnel->cell, end.edge[k], point);
+            if (!is_inner(field, point, qni_edge_axis(end.edge[k])))
+                return false;
+        }
+    }
+    return true;
+}
+
+static qn_status gather_tunnels(qni_dmc *dmc, qn_error *error) {
+    qni_repair *repair = dmc->repair;
+    const int64_t count = repair->tunnel_count = dmc->tunnel_count;
+    if (count == 0)
+        return QN_OK;
+    repair->tunnels = qni_alloc(dmc->context, count, sizeof *repair->tunnels);
+    repair->ends = qni_alloc(dmc->context, 2 * count, sizeof *repair->ends);
+    repair->tubes = qni_alloc(dmc->context, count, sizeof *repair->tubes);
+    if (!repair->tunnels || !repair->ends || !repair->tubes)
+        return qni_fail_memory(error, "the tunnels");
+    int64_t at = 0;
+    for (int64_t r = 0; r < dmc->row_count; ++r) {
+        const qni_dmc_row *row = dmc->rows + r;
+        if (row->tunnel_count)
+            memcpy(repair->tunnels + at, row->tunnels, (size_t)row->tunnel_count * sizeof *row->tunnels);
+        at += row->tunnel_count;
+    }
+    int64_t quads = 0;
+    for (int64_t i = 0; i < 2 * count; ++i) {
+        qni_tunnel_end *end = repair->ends + i;
+        list_end(repair->tunnels + i / 2, repair->tunnels[i / 2].polygon[i % 2], end);
+        end->first_point = repair->tunnel_points;
+        repair->tunnel_points += 2 * end->count - 1;
+        if (i % 2 == 0)
+            repair->tubes[i / 2].first_quad = quads;
+        quads += end->count;
+    }
+    repair->extra_quads = quads;
+    return QN_OK;
 }
 
 static qn_status gather_faces(qni_dmc *dmc, qn_error *error) {
@@ -172,16 +261,27 @@ qn_status qni_repair_plan(qni_dmc *dmc, qn_error *error) {
     dmc->repair = qni_alloc_zero(dmc->context, 1, sizeof *dmc->repair);
     if (!dmc->repair)
         return qni_fail_memory(error, "the doubled edges");
-    QN_TRY(gather_faces(dmc, error));
-    const int64_t capacity = 4 * dmc->repair->face_count;
-    side *sides = qni_alloc(dmc->context, capacity, sizeof *sides);
-    dmc->repair->splits = qni_alloc(dmc->context, capacity, sizeof *dmc->repair->splits);
-    if (!sides || !dmc->repair->splits) {
-        qni_free(dmc->context, sides, capacity, sizeof *sides);
-        return qni_fail_memory(error, "the quads at doubled edges");
+    if (dmc->with_repair)
+        QN_TRY(gather_faces(dmc, error));
+    QN_TRY(gather_tunnels(dmc, error));
+    qni_repair *repair = dmc->repair;
+    int64_t capacity = 4 * repair->face_count;
+    for (int64_t i = 0; i < 2 * repair->tunnel_count; ++i)
+        capacity += repair->ends[i].count;
+    mark *marks = qni_alloc(dmc->context, capacity, sizeof *marks);
+    repair->splits = qni_alloc(dmc->context, capacity, sizeof *repair->splits);
+    repair->split_capacity = capacity;
+    if (!marks || !repair->splits) {
+        qni_free(dmc->context, marks, capacity, sizeof *marks);
+        return qni_fail_memory(error, "the quads to be split");
     }
-    list_splits(dmc->repair, sides, list_sides(dmc, sides));
-    qni_free(dmc->context, sides, capacity, sizeof *sides);
+    int64_t count = mark_sides(dmc, marks);
+    count += mark_cuts(dmc, marks + count);
+    qsort(marks, (size_t)count, sizeof *marks, compare_marks);
+    list_splits(repair, marks, count);
+    qni_free(dmc->context, marks, capacity, sizeof *marks);
+    repair->extra_vertices = 4 * repair->face_count + repair->split_count + repair->tunnel_points;
+    repair->extra_quads += repair->split_quads;
     return QN_OK;
 }
 
@@ -200,8 +300,12 @@ int64_t qni_repair_row_split(const qni_repair *repair, int64_t row) {
 void qni_repair_free(qni_dmc *dmc) {
     if (!dmc->repair)
         return;
-    qni_free(dmc->context, dmc->repair->splits, 4 * dmc->repair->face_count, sizeof *dmc->repair->splits);
-    qni_free(dmc->context, dmc->repair->faces, dmc->repair->face_count, sizeof *dmc->repair->faces);
-    qni_free(dmc->context, dmc->repair, 1, sizeof *dmc->repair);
+    qni_repair *repair = dmc->repair;
+    qni_free(dmc->context, repair->splits, repair->split_capacity, sizeof *repair->splits);
+    qni_free(dmc->context, repair->tunnels, repair->tunnel_count, sizeof *repair->tunnels);
+    qni_free(dmc->context, repair->ends, 2 * repair->tunnel_count, sizeof *repair->ends);
+    qni_free(dmc->context, repair->tubes, repair->tunnel_count, sizeof *repair->tubes);
+    qni_free(dmc->context, repair->faces, repair->face_count, sizeof *repair->faces);
+    qni_free(dmc->context, repair, 1, sizeof *repair);
     dmc->repair = NULL;
 }

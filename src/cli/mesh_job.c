@@ -41,9 +41,11 @@ static void tell_details(const mesh_job *job, int32_t i) {
     cli_tell(job->session,
              "  cells with surface %" PRId64 ", ambiguous faces %" PRId64 " (ties %" PRId64
              "), cells with several polygons %" PRId64 ", fallback points %" PRId64
-             ", degenerate points %" PRId64 ", doubled edges taken apart %" PRId64,
+             ", degenerate points %" PRId64 ", doubled edges taken apart %" PRId64
+             ", tunnels inside cells %" PRId64 ", restored %" PRId64,
              s->active_cells, s->ambiguous_faces, s->tied_faces,
-             s->multiple_cells, s->fallback_points, s->degenerate_points, s->repaired_edges);
+             s->multiple_cells, s->fallback_points, s->degenerate_points, s->repaired_edges,
+             s->tunnels, s->restored_tunnels);
     if (s->simplify_passes > 0)
         cli_tell(job->session,
                  "  simplified in %d passes: %" PRId64 " quads removed by 3-X-3-Y, %" PRId64
@@ -138,12 +140,12 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 static json_t *report_options(const mesh_job *job) {
     const cli_options *options = job->session->options;
     return json_pack(
-        "{s:o, s:s, s:s, s:s, s:b, s:b, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
+        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
         report_reals(job->isovalues, job->count), "isovalues_chosen",
         options->isovalue_count > 0 ? "given" : "auto", "inside",
         job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
         options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold",
-        !options->keep_doubled, "simplify",
+        !options->keep_doubled, "topology", options->exact_topology ? "exact" : "discs", "simplify",
         options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
         !options->no_reproject, "relax", (int)options->relax, "faces",
         options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",

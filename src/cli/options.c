@@ -25,6 +25,7 @@ enum {
     OPTION_TRIS,
     OPTION_CLOSED,
     OPTION_MANIFOLD,
+    OPTION_TOPOLOGY,
     OPTION_INSIDE,
     OPTION_NO_NORMALS,
     OPTION_FROM,
@@ -114,6 +115,9 @@ const cli_option_row cli_option_rows[] = {
      "on (the default) closes the surface half a voxel outside the outermost samples; off leaves it open"},
     {OPTION_MANIFOLD, 0, "manifold", "on|off", MESH, NULL,
      "on (the default) takes edges of four faces apart, so that a closed mesh is a 2-manifold; off leaves them"},
+    {OPTION_TOPOLOGY, 0, "topology", "discs|exact", MESH, NULL,
+     "discs (the default) makes each polygon of a cell a disc; exact restores the tunnels by which the trilinear interpolant "
+     "joins two of them inside a cell, so that a closed mesh has its topology"},
     {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
     {OPTION_TRIS, 0, "tris", NULL, MESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
     {OPTION_SIMPLIFY, 0, "simplify", NULL, MESH, NULL,
@@ -301,6 +305,9 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         options->open = index == 1;
         options->closed_given = true;
         break;
+    case OPTION_TOPOLOGY:
+        options->exact_topology = index == 1;
+        break;
     case OPTION_MANIFOLD:
         options->keep_doubled = index == 1;
         break;
@@ -400,7 +407,7 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
 }
 
 static bool is_choice(const cli_option_row *row) {
-    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
+    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD || row->id == OPTION_TOPOLOGY ||
            row->id == OPTION_TRANSFORM || row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
 }
 

@@ -49,7 +49,7 @@ typedef struct cli_options {
     double *isovalues; /* [isovalue_count]; freed by cli_options_free() */
     int32_t isovalue_count; /* 0: automatic */
     bool triangles;
-    bool open, closed_given, keep_doubled;
+    bool open, closed_given, keep_doubled, exact_topology;
     cli_inside_choice inside;
     bool simplify, no_reproject;
     int32_t simplify_passes, relax;

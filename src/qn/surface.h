@@ -17,6 +17,12 @@ typedef enum qn_inside {
     QN_INSIDE_BELOW  /* distance-like data: inside is value < iso */
 } qn_inside;
 
+/* Within one cell the interpolant can join two of the cell's polygons by a tunnel. */
+typedef enum qn_topology {
+    QN_TOPOLOGY_DISCS, /* [DMC21]: every polygon is a disc of its own */
+    QN_TOPOLOGY_EXACT  /* tunnels are restored: a closed mesh has the topology of the trilinear surface */
+} qn_topology;
+
 typedef struct qn_surface_options {
     size_t struct_size;
     const double *isovalues; /* [isovalue_count]; borrowed for the call */
@@ -36,6 +42,7 @@ typedef struct qn_surface_options {
                               * paper; default: they are put back onto the surface */
     int32_t relax;           /* sweeps of tangential relaxation: vertices slide on the surface, each in its own cell, towards
                               * squarer quads (equation (9)); 3 to 5 do most of it. After simplification. */
+    qn_topology topology;    /* an open surface's tunnels at its rim are left out */
 } qn_surface_options;
 
 static inline void qn_surface_options_init(qn_surface_options *options) {
@@ -60,6 +67,8 @@ typedef struct qn_surface_report {
     int64_t nan_samples, infinite_samples;
     int64_t doubled_edges;     /* pairs of mesh edges with the same two ends, the non-manifold edges of [MDMC21] */
     int64_t repaired_edges;    /* those of them that were taken apart */
+    int64_t tunnels;           /* cells where the interpolant joins two polygons by a tunnel */
+    int64_t restored_tunnels;  /* those of them that the mesh has: with QN_TOPOLOGY_EXACT */
     int64_t output_bytes;      /* memory of the mesh */
     int64_t scratch_bytes;     /* most memory held beside it */
     double seconds_classify, seconds_emit, seconds_total;
