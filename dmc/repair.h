@@ -7,9 +7,9 @@
  * into quads round a point of their own. One round is enough, whatever the clusters: every new vertex belongs to one mesh edge or
  * one quad, so no pair of vertices can meet twice again.
  *
- * Tunnels are restored in the same pass (tunnel_hd.h, tunnel.c): the two vertices that a tunnel joins are cut out. Every mesh edge at such
- * a vertex ends in a point of its own before it, every quad at it gets a corner point before it, and the two rings of
- * points are joined by quads. A quad can have points on its sides and cut corners at once; its fan takes them all. */
+ * Tunnels are restored in the same pass (tunnel_hd.h, tunnel.c): the two vertices that a tunnel joins are cut out. Every mesh
+ * edge at such a vertex ends in a point of its own before it, every quad at it gets a corner point before it, and the two rings
+ * of points are joined by quads. A quad can have points on its sides and cut corners at once; its fan takes them all. */
 #ifndef QNI_DMC_REPAIR_H
 #define QNI_DMC_REPAIR_H
 
@@ -36,12 +36,12 @@ typedef struct qni_quad_split {
     uint8_t turn;           /* spokes go to every second boundary vertex, from this one on: 0 or 1 */
 } qni_quad_split;
 
-/* One of the two polygons a tunnel joins: its edges in their order, the segments between them. Segment n joins edges n and n + 1. */
+/* One of the two polygons a tunnel joins: its edges in their order, and the segments between them: n joins edges n and n + 1. */
 typedef struct qni_tunnel_end {
     uint8_t edge[QNI_EDGES]; /* of the cell */
     int32_t count;
     int64_t split[QNI_EDGES]; /* of each edge's quad */
-    int64_t first_point;     /* of the segments' points, then those of all edges but the first, which takes the vertex's place */
+    int64_t first_point;     /* of the segments, then of all edges but the first, whose point takes the vertex's place */
     uint32_t vertex;         /* the polygon's vertex, cut out; known after emission */
 } qni_tunnel_end;
 

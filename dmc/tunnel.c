@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Restoring tunnels: the points round the two vertices that are cut out, and the tube of quads between them.
  *
- * Every point starts on the border of the cell, where its mesh edge or its quad meets the surface, and goes half of the way to the
+ * Every point starts on the border of the cell, where its mesh edge or its quad meets the surface, and goes part of the way to the
  * middle of the tunnel; from there it is brought back onto the surface along the gradient. */
 #include "dmc/repair_parts.h"
 #include "dmc/vertex_hd.h"
@@ -81,12 +81,16 @@ static bool bring_to_surface(const double d[8], double reach, double at[3]) {
     return step <= 1e-7;
 }
 
+/* How far the points go to the tunnel's middle. On 280 tunnels of smoothed noise 0.5 left 75 of 5530 points off the surface,
+ * since the gradient is small there, 0.4 left 17; 0.3 left 7 and more quads crossed. */
+static const double nearness = 0.4;
+
 static int place_point(const qni_repair_job *job, const qni_tunnel_cell *tunnel, const double d[8], const double border[3],
                        uint32_t vertex) {
     const int64_t cell[3] = {tunnel->cell[0], tunnel->cell[1], tunnel->cell[2]};
     double local[3];
     for (int a = 0; a < 3; ++a)
-        local[a] = (border[a] + tunnel->middle[a]) * 0.5;
+        local[a] = border[a] + nearness * (tunnel->middle[a] - border[a]);
     const bool found = bring_to_surface(d, distance(border, tunnel->middle) * 0.5, local);
     qni_repair_place(job, cell, local, vertex);
     return !found;
@@ -147,8 +151,8 @@ static uint32_t ring_halfedge(const qni_dmc *dmc, const qni_tunnel_end *end, con
     return qni_boundary_halfedge(dmc, split, at % 2 == 0 ? corner_at : (corner_at + count - 1) % count);
 }
 
-/* Walks the tube: the longer ring backward from an even place, the shorter one forward. Where the longer ring has edges to spare, one
- * quad takes two of its steps, over a segment's point, which keeps the mesh edge it ends. */
+/* Walks the tube: the longer ring backward from an even place, the shorter one forward. Where the longer ring has edges to
+ * spare, one quad takes two of its steps, over a segment's point, which keeps the mesh edge it ends. */
 typedef struct tube_walk {
     const ring *longer, *shorter;
     int start[2];

@@ -7,10 +7,10 @@
  * them are joined inside exactly if their edges along the axis - any one axis will do - carry a slice like that. With a, b, c, d
  * linear along the edges, a c - b d is a quadratic form in (s, t) = (1 - z, z). It is negative at both ends of the stretch where
  * a and c are above, else the regions would be joined on the border already; so it reaches 0 inside exactly if
- * its discriminant is not negative and its polar form of the two ends is positive. The discriminant is the hyperdeterminant of the eight
- * values, the same for all three axes. Both are sums of products of four values; where rounding leaves their sign
- * open they are summed without it. The surface then has one part less than there are regions, since the regions
- * of a cell and the parts of surface between them make a tree: two polygons are joined if the same two regions meet there. */
+ * its discriminant is not negative and its polar form of the two ends is positive. The discriminant is the
+ * hyperdeterminant of the eight values, the same for all three axes. Both are sums of products of four values; where
+ * rounding leaves their sign open they are summed without it. The surface has one part less than there are regions, since
+ * regions and the parts of surface between them make a tree: two polygons are joined if the same two regions meet there. */
 #ifndef QNI_DMC_TUNNEL_HD_H
 #define QNI_DMC_TUNNEL_HD_H
 
@@ -84,6 +84,14 @@ QN_HD static inline int qni_sign_of_products(const qni_products *sum) {
 
 /* The sign of the hyperdeterminant of the eight values. */
 QN_HD static inline int qni_discriminant_sign(const double d[8]) {
+    const double p0 = d[0] * d[7], p1 = d[1] * d[6], p2 = d[2] * d[5], p3 = d[3] * d[4];
+    const double even = (d[0] * d[3]) * (d[5] * d[6]), odd = (d[7] * d[4]) * (d[2] * d[1]);
+    const double a = (p0 - p1) - (p2 - p3), b = p0 * p3 + p1 * p2;
+    const double value = a * a + 4 * ((even + odd) - b);
+    const double size = (p0 * p0 + p1 * p1) + (p2 * p2 + p3 * p3) +
+                        ((even < 0 ? -even : even) + (odd < 0 ? -odd : odd));
+    if (value > size * 4e-14 || value < size * -4e-14) /* far from where rounding matters */
+        return value > 0 ? 1 : -1;
     qni_products sum;
     sum.count = 0;
     for (int n = 0; n < 4; ++n)
@@ -167,25 +175,28 @@ typedef struct qni_tunnel {
     double middle[3]; /* the saddle of the widest slice along z, local */
 } qni_tunnel;
 
-/* The region of each corner: the lowest corner that the cell's border joins with it. */
+/* The region of each corner: the lowest corner that the cell's border joins with it. Joined are the ends of an edge
+ * without crossing, and the far corners of a face whose segments cut off the other two. */
 QN_HD static inline void qni_corner_regions(const double d[8], int entry, int region[8]) {
-    const uint64_t next = qni_entry_next_code(entry);
+    const uint64_t next_code = qni_entry_next_code(entry);
+    int changed = 1;
     for (int corner = 0; corner < 8; ++corner)
         region[corner] = corner;
-    /* Corners that no segment of their face parts: the ends of an edge without crossing, and the far corners of a face whose
-     * segments cut off the other two. */
-    for (int round = 0; round < 7; ++round)
+    while (changed) {
+        changed = 0;
         for (int face = 0; face < QNI_FACES; ++face)
             for (int n = 0; n < 4; ++n) {
                 const int here = qni_face_corner(face, n), ahead = qni_face_corner(face, (n + 1) & 3);
                 const int across = qni_face_corner(face, (n + 2) & 3);
+                const int edge = qni_face_edge(face, n), before = qni_face_edge(face, (n + 3) & 3);
+                const int cut = (int)(next_code >> (4 * edge) & 15) == before || (int)(next_code >> (4 * before) & 15) == edge;
                 const int same = (d[here] >= 0) == (d[ahead] >= 0);
-                const int before_edge = qni_face_edge(face, (n + 3) & 3), edge = qni_face_edge(face, n);
-                const int cut = (int)(next >> (4 * edge) & 15) == before_edge || (int)(next >> (4 * before_edge) & 15) == edge;
                 const int other = same ? ahead : (d[here] >= 0) == (d[across] >= 0) && !cut ? across : here;
                 const int lowest = region[here] < region[other] ? region[here] : region[other];
+                changed = changed || region[here] != region[other];
                 region[here] = region[other] = lowest;
             }
+    }
 }
 
 QN_HD_INLINE void qni_merge_regions(int region[8], int a, int b) {
@@ -217,24 +228,29 @@ QN_HD static inline void qni_tunnel_middle(const double d[8], const qni_edge_pla
 /* Look for the tunnel of a cell with several polygons; there is never more than one. */
 QN_HD static inline int qni_find_tunnel(const double d[8], int entry, qni_tunnel *tunnel) {
     const int polygons = qni_entry_polygons(entry);
-    int region[8], label[4] = {-1, -2, -3, -4}, found = 0;
     if (polygons < 2)
         return 0;
     const int discriminant = qni_discriminant_sign(d);
     if (discriminant < 0)
         return 0;
+    /* The cheap question first: pairs of edges that would join, if the border has not joined them already. */
+    qni_edge_place stretch[4][2];
+    int joining = 0, found = 0, region[8], label[4] = {-1, -2, -3, -4};
+    for (int n = 0; n < 4; ++n)
+        if ((n < 2 || discriminant > 0) && qni_edges_join(d, n & 1, n < 2, stretch[n]))
+            joining |= 1 << n;
+    if (!joining)
+        return 0;
     qni_corner_regions(d, entry, region);
     for (int n = 0; n < 4; ++n) {
-        const int first = n & 1, side = 1 - (n >> 1);
-        if (side == 0 && discriminant == 0)
+        if (!(joining >> n & 1))
             continue;
-        qni_edge_place stretch[2];
-        const int a = first, c = 3 - first;
+        const int side = n < 2, a = n & 1, c = 3 - a;
         const int corner_a = (d[a] >= 0) == side ? a : a + 4, corner_c = (d[c] >= 0) == side ? c : c + 4;
-        if (region[corner_a] == region[corner_c] || !qni_edges_join(d, first, side, stretch))
+        if (region[corner_a] == region[corner_c])
             continue;
-        /* Swapping the two diagonals turns the form's sign: it has its top where the other has its bottom, in the same place. */
-        qni_tunnel_middle(d, stretch, tunnel->middle);
+        /* Swapping the two diagonals turns the form's sign: its extremum stays where it is. */
+        qni_tunnel_middle(d, (const qni_edge_place *)stretch[n], tunnel->middle);
         tunnel->side = side;
         qni_merge_regions(region, region[corner_a], region[corner_c]);
         found = 1;

@@ -23,8 +23,8 @@ static void fail_cell(const char *what, const double d[8], const test_refined *r
              values);
 }
 
-/* Finer and finer, odd and even, until the boxes see the tunnel. Where the saddle is at the iso-value, or too near to it for any box,
- * it is looked for a little beside the iso-value, on the side to which a tie counts. */
+/* Finer and finer, odd and even, until the boxes see the tunnel. Where the saddle is at the iso-value, or too near to it for
+ * any box, it is looked for a little beside the iso-value, on the side to which a tie counts. */
 static bool tunnel_shows(const double d[8], int polygons, int side, tally *t) {
     static const int cuts[] = {16, 27, 41, 64, 97, 160};
     for (size_t n = 0; n < sizeof cuts / sizeof cuts[0]; ++n) {
@@ -73,9 +73,10 @@ static void fill(double d[8], test_random *random, test_kind kind, int signs) {
 }
 
 static void report(const char *name, const tally *t) {
-    printf("%s: %lld cells (%lld, %lld, %lld, %lld with 1 to 4 polygons), %lld tunnels, %lld seen only beyond 41 boxes, %lld only "
-           "beside the iso-value\n", name, (long long)t->cells, (long long)t->by_polygons[1], (long long)t->by_polygons[2],
-           (long long)t->by_polygons[3], (long long)t->by_polygons[4], (long long)t->tunnels, (long long)t->late, (long long)t->ties);
+    printf("%s: %lld cells (%lld, %lld, %lld, %lld with 1 to 4 polygons), %lld tunnels; %lld seen only beyond 41 boxes, %lld "
+           "only beside the iso-value\n", name, (long long)t->cells, (long long)t->by_polygons[1],
+           (long long)t->by_polygons[2], (long long)t->by_polygons[3], (long long)t->by_polygons[4], (long long)t->tunnels,
+           (long long)t->late, (long long)t->ties);
 }
 
 static void as_by_brute_force(void **state) {
