@@ -67,6 +67,8 @@ static qn_status troubled_run(trouble *t, const test_field *field, int32_t threa
     qn_surface_options options = test_field_options(field);
     options.isovalues = isovalues;
     options.isovalue_count = 2;
+    options.keep_doubled = false;
+    options.topology = QN_TOPOLOGY_EXACT;
     options.triangles = threads == 2;
     int64_t before = qn_context_memory(context).current_bytes;
     qn_mesh *meshes[2] = {(qn_mesh *)t, (qn_mesh *)t};
