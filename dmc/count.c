@@ -24,7 +24,7 @@ typedef struct worker {
     int64_t tunnel_count, tunnel_capacity;
     qni_dmc_tally tally;
     uint8_t simple[256]; /* qni_case_is_simple(), looked up */
-    bool failed;
+    bool with_tunnels, failed;
 } worker;
 
 static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted, size_t size) {
@@ -91,7 +91,7 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
         *entry = choice.entry;
         find_doubled(field, at, choice.ambiguous_faces, choice.entry, w);
     }
-    if (qni_entry_polygons(*entry) > 1)
+    if (w->with_tunnels && qni_entry_polygons(*entry) > 1)
         note_tunnel(field, d, at, *entry, w);
     return qni_entry_polygons(*entry);
 }
@@ -204,7 +204,7 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
         row->doubled_count = (int32_t)w->doubled_count;
         memcpy(row->doubled, w->doubled, (size_t)w->doubled_count * sizeof *row->doubled);
     }
-    if (w->tunnel_count && dmc->with_tunnels) {
+    if (w->tunnel_count) {
         row->tunnels = qni_alloc(dmc->context, w->tunnel_count, sizeof *row->tunnels);
         if (!row->tunnels)
             return false;
@@ -266,6 +266,7 @@ static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
             destroy_workers(dmc, workers, threads);
             return NULL;
         }
+        workers[t].with_tunnels = dmc->with_tunnels;
         for (int c = 0; c < 256; ++c)
             workers[t].simple[c] = (uint8_t)qni_case_is_simple(c);
     }

@@ -67,8 +67,8 @@ typedef struct qn_surface_report {
     int64_t nan_samples, infinite_samples;
     int64_t doubled_edges;     /* pairs of mesh edges with the same two ends, the non-manifold edges of [MDMC21] */
     int64_t repaired_edges;    /* those of them that were taken apart */
-    int64_t tunnels;           /* cells where the interpolant joins two polygons by a tunnel */
-    int64_t restored_tunnels;  /* those of them that the mesh has: with QN_TOPOLOGY_EXACT */
+    int64_t tunnels;           /* cells where the interpolant joins two polygons by a tunnel; looked for with QN_TOPOLOGY_EXACT */
+    int64_t restored_tunnels;  /* those of them that the mesh has */
     int64_t output_bytes;      /* memory of the mesh */
     int64_t scratch_bytes;     /* most memory held beside it */
     double seconds_classify, seconds_emit, seconds_total;

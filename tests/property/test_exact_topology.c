@@ -218,8 +218,7 @@ static void stays_a_manifold(void **state) {
                      (long long)before.boundary_edges, (long long)found.nonmanifold_edges, (long long)found.nonmanifold_vertices,
                      (long long)found.duplicate_faces, (long long)found.orientation_conflicts,
                      (long long)found.unused_vertices);
-        assert_int_equal(report.tunnels, plain.tunnels);
-        assert_int_equal(plain.restored_tunnels, 0);
+        assert_int_equal(plain.tunnels, 0); /* not looked for: discs cost nothing more */
         if (!field.open)
             assert_int_equal(report.restored_tunnels, report.tunnels);
         assert_int_equal(found.euler_characteristic, before.euler_characteristic - 2 * report.restored_tunnels);
