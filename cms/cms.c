@@ -225,7 +225,6 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->flat_loops += tally->flat_loops;
         report->escaped_corners += tally->escaped_corners;
         report->multiple_cells += tally->multiple_cells;
-        report->tubes += tally->tubes;
         report->moved_loops += tally->moved_loops;
         report->nested_cells += tally->nested_cells;
         report->unresolved_cells += tally->unresolved_cells + tally->unresolved_faces;

@@ -33,7 +33,7 @@ typedef struct qni_cms_settings {
 typedef struct qni_cms_tally {
     int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
     int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
-    int64_t multiple_cells, tubes, moved_loops, nested_cells, unresolved_cells, open_loops;
+    int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
 } qni_cms_tally;
 
 /* A point inside a face where a segment bends: a sharp feature, or a bend that keeps it off an

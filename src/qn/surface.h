@@ -136,7 +136,6 @@ typedef struct qn_solid_surface_report {
     int64_t crossings;           /* of finest edges with the surface */
     int64_t multiple_edges;      /* finest edges crossed more than once */
     int64_t mended_edges;        /* edges whose crossings did not fit the signs at their ends, or lay too close for floats */
-    int64_t finest_cells;        /* finest cells with surface */
     int64_t leaves;              /* leaves with surface */
     int64_t leaves_by_level[16]; /* finest first */
     int64_t segments;            /* of leaf faces; each used once forward and once reversed */
@@ -146,7 +145,6 @@ typedef struct qn_solid_surface_report {
     int64_t divided_leaves;      /* leaves that were divided again since finer neighbours made them come out badly */
     int64_t escaped_corners;     /* corners that lay outside their finest cell and were moved in */
     int64_t multiple_cells;      /* cells with two loops or more */
-    int64_t tubes;               /* pairs of loops joined through the cell */
     int64_t moved_loops;         /* loops made anew, without their features, since they met another in their cell */
     int64_t nested_cells;        /* cells where that took the last resort, nested boxes */
     int64_t unresolved_cells;    /* cells where no way without a crossing was found: 0 unless there is a flaw */
