@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 /* The facade: checks the options, runs the surfacer for each iso-value; contains no numerics. */
 #include <qn/surface.h>
+#include "cms/cms.h"
 #include "core/status.h"
 #include "dmc/dmc.h"
+#include "qni_config.h"
+
+#include <math.h>
+#include <string.h>
 
 static qn_status one_isovalue(qn_context *context, const qn_volume *volume, double isovalue,
                               const qn_surface_options *options, qn_mesh **mesh_out,
@@ -56,5 +61,42 @@ qn_status qn_surface(qn_context *context, const qn_volume *volume,
         if (reports_out)
             reports_out[n] = report;
     }
+    return QN_OK;
+}
+
+/* ---- solids ---------------------------------------------------------------------------------- */
+
+static qn_status check_solid_options(const qn_solid_surface_options *options, qn_error *error) {
+    QNI_CHECK_OPTIONS(options, "qn_solid_surface_options_init", error);
+    const int32_t depth = options->depth ? options->depth : 7, base = options->base ? options->base : 8;
+    if (depth < QN_MIN_DEPTH || depth > QN_MAX_DEPTH)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "depth %d: give a number from %d to %d", depth,
+                        QN_MIN_DEPTH, QN_MAX_DEPTH);
+    if (base < 1 || (base & (base - 1)) || base > 1 << depth)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "base %d: give a power of two from 1 to 2^depth = %d", base, 1 << depth);
+    if (!(options->tolerance >= 0) || !isfinite(options->tolerance))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "tolerance %g: give a length, or 0 for a twentieth of a finest cell",
+                        options->tolerance);
+    if (!(options->crease >= 0) || options->crease > 180)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "crease angle %g: give degrees from 0 to 180", options->crease);
+    return QN_OK;
+}
+
+qn_status qn_solid_surface(qn_context *context, const qn_solid *solid,
+                           const qn_solid_surface_options *options, qn_mesh **mesh_out,
+                           qn_solid_surface_report *report_out, qn_error *error) {
+    qn_solid_surface_options defaults;
+    qn_solid_surface_options_init(&defaults);
+    options = options ? options : &defaults;
+    *mesh_out = NULL;
+    QN_TRY(check_solid_options(options, error));
+    if (!QNI_HAVE_LAPACKE)
+        return qni_fail(error, QN_ERROR_UNSUPPORTED,
+                        "this build has no surfaces of solids: install liblapacke-dev and build with -Dlapacke=enabled");
+    qn_solid_surface_report report;
+    memset(&report, 0, sizeof report);
+    QN_TRY(qni_cms_surface(context, solid, options, mesh_out, &report, error));
+    if (report_out)
+        *report_out = report;
     return QN_OK;
 }

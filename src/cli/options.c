@@ -48,6 +48,14 @@ enum {
     OPTION_ZOOM,
     OPTION_EDGES,
     OPTION_FLAT,
+    OPTION_DEPTH,
+    OPTION_BASE,
+    OPTION_TOLERANCE,
+    OPTION_CREASE,
+    OPTION_BOX,
+    OPTION_NO_FEATURES,
+    OPTION_UNIFORM,
+    OPTION_SMOOTH,
     OPTION_THREADS,
     OPTION_DEVICE,
     OPTION_PROGRESS,
@@ -61,12 +69,13 @@ enum {
 
 enum {
     MESH = 1 << VERB_MESH,
+    CSG = 1 << VERB_CSG,
     INFO = 1 << VERB_INFO,
     CHECK = 1 << VERB_CHECK,
     CONVERT = 1 << VERB_CONVERT,
     VIEW = 1 << VERB_VIEW,
     HELP = 1 << VERB_HELP,
-    WORK = MESH | INFO | CHECK | CONVERT | VIEW
+    WORK = MESH | CSG | INFO | CHECK | CONVERT | VIEW
 };
 
 // clang-format off
@@ -78,6 +87,10 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "quoin mesh ct.nii.gz --iso 300,-500 -o 'tissue_{iso}.stl'\n"
      "quoin mesh v.raw --shape 512,512,300 --dtype i16le --spacing 0.5,0.5,1.2 --iso 150 -o v.glb\n"
      "cat ct.nii.gz | quoin mesh - --from nifti --iso 300 -o - --to ply | other-program", 1, 1},
+    {"csg", "MODEL -o MESH [options]", "make the surface of a solid as a mesh, its sharp edges kept, coarse where it is flat",
+     "Reads .csg (OpenSCAD) and .vm (expressions, one operation a line). The mesh is closed, 2-manifold and free of self-intersections.",
+     "quoin csg bracket.csg -o bracket.stl\n"
+     "quoin csg bracket.csg --depth 9 --tol 0.01 --smooth-primitives -o bracket.ply", 1, 1},
     {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
      "quoin info ct.nii.gz\n"
      "quoin info --json ct.nii.gz", 1, 1},
@@ -96,14 +109,14 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
 };
 
 const cli_option_row cli_option_rows[] = {
-    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CONVERT | VIEW, "Output",
+    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CSG | CONVERT | VIEW, "Output",
      "the file to write; - is stdout (then --to is needed). With several iso-values the name holds {iso}."},
-    {OPTION_TO, 0, "to", "FORMAT", MESH | CONVERT, NULL,
+    {OPTION_TO, 0, "to", "FORMAT", MESH | CSG | CONVERT, NULL,
      "ply, obj, stl, off or glb, whatever the file is called"},
-    {OPTION_ASCII, 0, "ascii", NULL, MESH | CONVERT, NULL, "PLY and STL as text instead of binary"},
+    {OPTION_ASCII, 0, "ascii", NULL, MESH | CSG | CONVERT, NULL, "PLY and STL as text instead of binary"},
     {OPTION_NO_NORMALS, 0, "no-normals", NULL, MESH | CONVERT, NULL, "leave the vertex normals out"},
     {OPTION_JSON, 0, "json", NULL, INFO | CHECK, NULL, "print JSON on stdout instead of a table"},
-    {OPTION_REPORT, 0, "report", "FILE", MESH | CHECK, NULL,
+    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | CHECK, NULL,
      "write a JSON report (- is stdout): input, options, counts, timings, memory and all of check"},
 
     {OPTION_ISO, 0, "iso", "V[,V...]|auto", MESH, "Surface",
@@ -111,8 +124,8 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_INSIDE, 0, "inside", "above|below|auto", MESH, NULL,
      "which side is solid. auto takes below for signed distances (a float volume with both signs whose suggested "
      "iso-value is 0), else above."},
-    {OPTION_CLOSED, 0, "closed", "on|off", MESH, NULL,
-     "on (the default) closes the surface half a voxel outside the outermost samples; off leaves it open"},
+    {OPTION_CLOSED, 0, "closed", "on|off", MESH | CSG, NULL,
+     "on (the default) closes the surface half a voxel outside the outermost samples, or where --box cuts a solid; off leaves it open"},
     {OPTION_MANIFOLD, 0, "manifold", "on|off", MESH, NULL,
      "on (the default) takes edges of four faces apart, so that a closed mesh is a 2-manifold; off leaves them"},
     {OPTION_TOPOLOGY, 0, "topology", "discs|exact", MESH, NULL,
@@ -130,6 +143,15 @@ const cli_option_row cli_option_rows[] = {
      "N sweeps that slide the vertices along the surface towards squarer quads (0); 3 to 5 do most of it"},
     {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
 
+    {OPTION_DEPTH, 0, "depth", "D", CSG, "Surface of a solid", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
+    {OPTION_BASE, 0, "base", "N", CSG, NULL, "coarsest cells along the longest axis, a power of two (8)"},
+    {OPTION_TOLERANCE, 0, "tol", "LENGTH", CSG, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell)"},
+    {OPTION_CREASE, 0, "crease", "DEGREES", CSG, NULL, "normals that differ by more make a sharp edge (30)"},
+    {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
+    {OPTION_NO_FEATURES, 0, "no-features", NULL, CSG, NULL, "plain marching cubes: no sharp edges"},
+    {OPTION_UNIFORM, 0, "uniform", NULL, CSG, NULL, "finest cells only"},
+    {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},
+
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
      "nifti, nrrd, metaimage, npy, inr, mitsuba or raw; ply, obj, stl or off. By default the name and the first bytes tell; the input - (stdin) needs it."},
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
@@ -141,12 +163,12 @@ const cli_option_row cli_option_rows[] = {
      "raw files: u8 i8 u16 i16 u32 i32 f32 f64, with le or be for the byte order (little when left out)"},
     {OPTION_HEADER, 0, "header", "BYTES", MESH | INFO, NULL, "raw files: bytes to skip at the start (after unpacking gzip)"},
 
-    {OPTION_CHECK, 0, "check", NULL, MESH, "Checks",
+    {OPTION_CHECK, 0, "check", NULL, MESH | CSG, "Checks",
      "check the mesh; exit 6 when it is not oriented, or (unless --closed off) not closed or not manifold"},
-    {OPTION_FAIL_ON, 0, "fail-on", "LIST", MESH | CHECK, NULL,
+    {OPTION_FAIL_ON, 0, "fail-on", "LIST", MESH | CSG | CHECK, NULL,
      "the faults that make the exit code 6, out of open, nonmanifold, orientation, intersect, degenerate, duplicate, "
      "nonfinite; or all, or none"},
-    {OPTION_DRY_RUN, 0, "dry-run", NULL, MESH, NULL, "count and estimate memory and file size; write no mesh"},
+    {OPTION_DRY_RUN, 0, "dry-run", NULL, MESH | CSG, NULL, "count and estimate memory and file size; write no mesh"},
 
     {OPTION_SIZE, 0, "size", "WxH", VIEW, "Picture", "width and height in pixels (800x600)"},
     {OPTION_AZIMUTH, 0, "azimuth", "DEGREES", VIEW, NULL, "where the camera stands, turning from +x towards +y (40)"},
@@ -348,12 +370,32 @@ static void apply_flag(cli_options *options, const cli_option_row *row) {
     case OPTION_EDGES: options->edges = true; break;
     case OPTION_FLAT: options->flat = true; break;
     case OPTION_QUIET: options->quiet = true; break;
+    case OPTION_NO_FEATURES: options->solid.no_features = true; break;
+    case OPTION_UNIFORM: options->solid.uniform = true; break;
+    case OPTION_SMOOTH: options->smooth_primitives = true; break;
     case OPTION_VERBOSE: options->verbose++; break;
     case OPTION_HELP: options->help = true; break;
     case OPTION_VERSION: options->version = true; break;
     case OPTION_MAN: options->man = true; break;
     case OPTION_COMPLETION: options->completion = true; break;
     }
+}
+
+static bool set_box(cli_options *options, const cli_option_row *row, const char *text) {
+    double corners[6];
+    if (!number_parse_reals(text, ',', 6, corners))
+        return wrong(row, text, "-1,-1,-1,1,1,1");
+    for (int axis = 0; axis < 3; ++axis) {
+        options->solid.low[axis] = corners[axis];
+        options->solid.high[axis] = corners[3 + axis];
+        if (!(isfinite(corners[axis]) && isfinite(corners[3 + axis]) && corners[axis] < corners[3 + axis]))
+            return wrong(row, text, "-1,-1,-1,1,1,1 (low corner, high corner)");
+    }
+    return options->solid.has_box = true;
+}
+
+static bool set_positive(const cli_option_row *row, const char *text, const char *example, double *value_out) {
+    return set_finite(row, text, example, value_out) && (*value_out > 0 || wrong(row, text, example));
 }
 
 /* Options with an argument of their own form. */
@@ -398,6 +440,17 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
     case OPTION_ELEVATION:
         options->has_elevation = true;
         return set_finite(row, text, "25", &options->elevation);
+    case OPTION_BOX: return set_box(options, row, text);
+    case OPTION_TOLERANCE: return set_positive(row, text, "0.01 (a length above 0)", &options->solid.tolerance);
+    case OPTION_CREASE: return set_positive(row, text, "30 (degrees above 0)", &options->solid.crease);
+    case OPTION_DEPTH:
+        good = set_whole(row, text, QN_MAX_DEPTH, "7 (3 to 12)", &whole);
+        options->solid.depth = (int32_t)whole;
+        return good && (whole >= QN_MIN_DEPTH || wrong(row, text, "7 (3 to 12)"));
+    case OPTION_BASE:
+        good = set_whole(row, text, 4096, "8 (a power of two)", &whole);
+        options->solid.base = (int32_t)whole;
+        return good && (whole >= 1 || wrong(row, text, "8 (a power of two)"));
     case OPTION_ZOOM:
         if (!set_finite(row, text, "1.5", &options->zoom))
             return false;
@@ -504,6 +557,7 @@ int cli_options_parse(cli_verb verb, int argc, char **argv, cli_options *options
     options->verb = verb;
     options->inside = INSIDE_AUTO;
     qn_volume_read_options_init(&options->read);
+    qn_solid_surface_options_init(&options->solid);
     opterr = 0;
     optind = 2;
     int code;

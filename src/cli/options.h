@@ -7,6 +7,7 @@
 
 typedef enum cli_verb {
     VERB_MESH,
+    VERB_CSG,
     VERB_INFO,
     VERB_CHECK,
     VERB_CONVERT,
@@ -68,6 +69,8 @@ typedef struct cli_options {
     double azimuth, elevation, zoom;
     bool has_azimuth, has_elevation;
     bool edges, flat;
+    qn_solid_surface_options solid; /* of csg */
+    bool smooth_primitives;
     bool man, completion;
 } cli_options;
 

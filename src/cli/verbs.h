@@ -6,6 +6,7 @@
 #include "session.h"
 
 int verb_mesh(cli_session *session);
+int verb_csg(cli_session *session);
 int verb_info(cli_session *session);
 int verb_check(cli_session *session);
 int verb_convert(cli_session *session);

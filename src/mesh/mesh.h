@@ -18,6 +18,9 @@ struct qn_mesh {
     int64_t vertex_slack, quad_slack; /* room in the arrays beyond the counts, where some were dropped in place */
     char space[32];
     char unit[16];
+    int32_t *triangle_owners; /* [triangle_count] or NULL */
+    int64_t crease_edge_count;
+    uint32_t *crease_edges; /* [crease_edge_count][2] or NULL */
 };
 
 /* A mesh with room for the given counts, its arrays not yet filled; arrays of count 0 are NULL. */

@@ -21,6 +21,9 @@ typedef struct qn_mesh_view {
     const uint32_t *triangles; /* [triangle_count][3]; NULL when there are none */
     const char *space;         /* name of the world space ("RAS"), or "" */
     const char *unit;          /* unit of length ("mm"), or "" */
+    const int32_t *triangle_owners; /* [triangle_count]: the owner (material) each lies on; NULL when not known */
+    int64_t crease_edge_count;
+    const uint32_t *crease_edges; /* [crease_edge_count][2]: edges along sharp features; NULL when there are none */
 } qn_mesh_view;
 
 typedef struct qn_mesh qn_mesh;

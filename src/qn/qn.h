@@ -5,6 +5,7 @@
 
 #include <qn/base.h>
 #include <qn/volume.h>
+#include <qn/solid.h>
 #include <qn/surface.h>
 #include <qn/mesh.h>
 #include <qn/solid.h>

@@ -5,6 +5,7 @@
 
 #include <qn/base.h>
 #include <qn/mesh.h>
+#include <qn/solid.h>
 #include <qn/volume.h>
 
 #ifdef __cplusplus
@@ -109,6 +110,80 @@ typedef struct qn_surface_report {
 QN_API qn_status qn_surface(qn_context *context, const qn_volume *volume,
                             const qn_surface_options *options, qn_mesh **meshes_out,
                             qn_surface_report *reports_out, qn_error *error);
+
+/* ---- solids: adaptive Cubical Marching Squares ------------------------------------------------- */
+
+enum { QN_MIN_DEPTH = 3, QN_MAX_DEPTH = 12 };
+
+typedef struct qn_solid_surface_options {
+    size_t struct_size;
+    int32_t depth;    /* at most 2^depth finest cells along the longest axis; 0: 7 */
+    int32_t base;     /* coarsest cells along the longest axis, a power of two; 0: 8 */
+    double tolerance; /* how far coarse triangles may be from the fine samples, world units; 0: 1/20 finest cell */
+    double crease;    /* normals that differ by more make a sharp feature, degrees; 0: 30 */
+    bool has_box;     /* cut the solid at low .. high; else at the box that holds it */
+    double low[3], high[3];
+    bool no_features; /* plain marching cubes with consistent faces */
+    bool uniform;     /* finest cells only */
+    bool open;        /* no caps where the box cuts the solid: the surface ends at the last lattice plane in the box */
+} qn_solid_surface_options;
+
+static inline void qn_solid_surface_options_init(qn_solid_surface_options *options) {
+    qn_solid_surface_options zero;
+    char *byte = (char *)&zero;
+    for (size_t i = 0; i < sizeof zero; ++i)
+        byte[i] = 0;
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* What happened on the way. */
+typedef struct qn_solid_surface_report {
+    double finest_cell;          /* its edge, world units */
+    int64_t blocks;              /* 8^3 Hermite blocks that were sampled */
+    int64_t evaluations;         /* values asked of the solid for lattice points */
+    int64_t crossings;           /* of finest edges with the surface */
+    int64_t multiple_edges;      /* finest edges crossed more than once */
+    int64_t mended_edges;        /* edges whose crossings did not fit the signs at their ends, or lay too close for floats */
+    int64_t leaves;              /* leaves with surface */
+    int64_t leaves_by_level[16]; /* finest first */
+    int64_t segments;            /* of leaf faces; each used once forward and once reversed */
+    int64_t ambiguous_faces;     /* leaf faces with more than one way to pair their crossings */
+    int64_t face_features, dropped_face_features; /* sharp points on faces; those that escaped or crossed others */
+    int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops;
+    int64_t divided_leaves;      /* leaves that were divided again since finer neighbours made them come out badly */
+    int64_t escaped_corners;     /* corners that lay outside their finest cell and were moved in */
+    int64_t multiple_cells;      /* cells with two loops or more */
+    int64_t moved_loops;         /* loops made anew, without their features, since they met another in their cell */
+    int64_t nested_cells;        /* cells where that took the last resort, nested boxes */
+    int64_t unresolved_cells;    /* cells where no way without a crossing was found: 0 unless there is a flaw */
+    int64_t vertices, triangles, crease_edges;
+    int64_t output_bytes, scratch_bytes;
+    double seconds_sampling, seconds_octree, seconds_cms, seconds_total;
+} qn_solid_surface_report;
+
+/* Extract the surface of a solid by adaptive Cubical Marching Squares: triangles wound counter-clockwise seen from
+ * outside, closed, sharp edges kept; the owner of each triangle and the edges along creases are tagged.
+ *
+ * solid       borrowed for the call.
+ * options     NULL for defaults.
+ * mesh_out    receives a new mesh, to be freed with qn_mesh_destroy(); NULL on any failure. A box without surface
+ *             gives an empty mesh, not an error.
+ * report_out  may be NULL.
+ *
+ * Lattice planes lie where floats lie, so that what is decided holds for the coordinates as written. A NaN value is
+ * outside. Parts thinner than a finest cell that no lattice edge meets can be missed. The result is the same,
+ * bit for bit, for every thread count.
+ *
+ * QN_ERROR_INVALID_ARGUMENT  depth, base or box out of range; a lattice too fine for float coordinates at its place
+ * QN_ERROR_OUT_OF_MEMORY     the allocator returned NULL; or more vertices than 30 bits can name
+ * QN_ERROR_CANCELLED         the progress callback, or the solid's, asked to stop
+ * QN_ERROR_UNSUPPORTED       built without -Dlapacke
+ *
+ * Source: Ho, Wu, Chen, Chuang, Ouhyoung, "Cubical marching squares", 2005 [CMS05]. Departures: cms/README.md. */
+QN_API qn_status qn_solid_surface(qn_context *context, const qn_solid *solid,
+                                  const qn_solid_surface_options *options, qn_mesh **mesh_out,
+                                  qn_solid_surface_report *report_out, qn_error *error);
 
 #ifdef __cplusplus
 }

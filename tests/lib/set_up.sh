@@ -46,6 +46,7 @@ find_missing() {
     links zlib.h -lz || missing="$missing zlib1g-dev"
     links jansson.h -ljansson || missing="$missing libjansson-dev"
     links png.h -lpng || wanted="$wanted libpng-dev"
+    links lapacke.h -llapacke || wanted="$wanted liblapacke-dev"
     links nifti/nifti2_io.h -idirafter /usr/include/nifti -lnifti2 || wanted="$wanted libnifti2-dev"
     links libqhull_r/qhull_ra.h -lqhull_r -lm || wanted="$wanted libqhull-dev"
     [ "$1" = yes ] || return 0

@@ -32,7 +32,7 @@ static int roll(int low, int high) {
 
 static qn_mesh_report check(const soup *s, int32_t threads) {
     const qn_mesh_view view = {s->vertices, s->quads,   s->triangles,   s->positions[0], NULL,
-                               s->quad[0],  s->triangle[0], "", ""};
+                               s->quad[0],  s->triangle[0], "", "", NULL, 0, NULL};
     qn_context *context = test_context(threads);
     qn_mesh *mesh;
     qn_mesh_report report;

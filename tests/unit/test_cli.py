@@ -356,7 +356,7 @@ class ExitCodes(Case):
         self.quoin("check", "open.ply", "--fail-on", "all", code=6)
 
     def test_7_not_built_in(self):
-        for arguments in (("csg", "a.json"), ("remesh", "a.ply"), ("compare", "a.ply", "b.ply"),
+        for arguments in (("remesh", "a.ply"), ("compare", "a.ply", "b.ply"),
                           ("mesh", "sphere.npy", "-o", "a.ply", "--mode", "cms"),
                           ("mesh", "sphere.npy", "-o", "a.ply", "--device", "cuda")):
             _, err = self.quoin(*arguments, code=7)

@@ -45,7 +45,7 @@ static qn_mesh_view random_view(arrays *a, int64_t vertices, int64_t quads, int6
         for (uint32_t c = 0; c < 3; ++c)
             a->triangles[i][c] = (uint32_t)((3 * i + c) % vertices);
     return (qn_mesh_view){vertices, quads, triangles, &a->positions[0][0], &a->normals[0][0],
-                          &a->quads[0][0], &a->triangles[0][0], "RAS", "mm"};
+                          &a->quads[0][0], &a->triangles[0][0], "RAS", "mm", NULL, 0, NULL};
 }
 
 static qn_mesh *make_mesh(qn_context *context, int64_t vertices, int64_t quads, int64_t triangles) {

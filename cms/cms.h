@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+/* Cubical Marching Squares: face segments, loops, features, triangles, over the leaves of an
+ * octree. */
+#ifndef QNI_CMS_CMS_H
+#define QNI_CMS_CMS_H
+
+#include <qn/surface.h>
+#include "octree/octree.h"
+
+#define QNI_NONE UINT32_MAX
+
+enum {
+    QNI_FACE_POINTS = 4 * QNI_EDGE_CAPACITY,
+    QNI_FACE_SEGMENTS = QNI_FACE_POINTS / 2,
+    QNI_CHUNK = 128
+};
+
+/* What vertices are called until all are counted: two bits say which kind, the others which one. */
+enum { QNI_REF_SHIFT = 30 };
+#define QNI_REF_CROSSING    UINT32_C(0)
+#define QNI_REF_FEATURE     (UINT32_C(1) << QNI_REF_SHIFT)
+#define QNI_REF_APEX        (UINT32_C(2) << QNI_REF_SHIFT)
+#define QNI_REF_NUMBER(ref) ((ref) & (QNI_REF_FEATURE - 1))
+#define QNI_REF_KIND(ref)   ((ref) & (UINT32_C(3) << QNI_REF_SHIFT))
+
+typedef struct qni_cms_settings {
+    double crease_cosine;
+    double tolerance; /* world units */
+    bool features, open;
+} qni_cms_settings;
+
+/* Counters; sums over faces and cells. */
+typedef struct qni_cms_tally {
+    int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
+    int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
+    int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
+} qni_cms_tally;
+
+/* A point inside a face where a segment bends: a sharp feature, or a bend that keeps it off an
+ * edge. Where a segment has two features, a third plane lies between its ends' own: both know it.
+ */
+typedef struct qni_face_feature {
+    double normal[3]; /* unit length, of the third plane */
+    float place[3];
+    int32_t owner;
+    bool sharp, has_plane;
+} qni_face_feature;
+
+/* A piece of surface trace on a leaf face, from where the boundary, walked counter-clockwise about
+ * the face's own normal, comes into the solid to where it leaves it. */
+typedef struct qni_segment {
+    uint32_t from, to; /* numbers of crossings */
+    uint32_t feature;  /* the first one's number: in the solution, then in the whole */
+    uint8_t bends;     /* how many features follow each other, 0 to 2 */
+    uint8_t used[2];   /* forward, reversed: the audit */
+} qni_segment;
+
+/* A lattice face: its lowest corner, its axis, 2^level finest cells wide. Its own normal runs along
+ * +x, -y, +z: its two other axes, the lower one first, turn counter-clockwise about it. */
+typedef struct qni_face {
+    int32_t low[3];
+    int32_t level, axis;
+} qni_face;
+
+typedef struct qni_face_solution {
+    int32_t count, feature_count;
+    bool ambiguous;
+    bool broken;     /* crossings do not alternate: the solid gave different answers to the same
+                        question */
+    int32_t dropped; /* features that escaped or crossed */
+    bool unresolved; /* segments touch */
+    qni_segment segments[QNI_FACE_SEGMENTS];
+    qni_face_feature features[2 * QNI_FACE_SEGMENTS];
+} qni_face_solution;
+
+/* Solve one face; a pure function of the face (face.c). `solid` agrees with the whole one near the
+ * face. */
+void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
+                    const qni_cms_settings *settings, const qni_face *face,
+                    qni_face_solution *solution);
+qni_face qni_face_of_cell(const qni_cell *cell, int face);
+/* Is the face's own normal the one that points out of the cell? */
+static inline bool qni_face_points_out(int face) {
+    return (face >> 1 == 1) == ((face & 1) == 0);
+}
+
+/* ---- loops --------------------------------------------------------------------------------------
+ */
+
+typedef struct qni_loop_vertex {
+    float place[3];
+    uint32_t ref;
+    const qni_hermite_crossing *crossing; /* NULL: a feature */
+    double at[3], normal[3];              /* its tangent plane, where it has one */
+    int32_t owner;
+    bool has_plane;
+    uint8_t walls; /* faces of the cell it lies on */
+    bool sharp;    /* a sharp feature */
+} qni_loop_vertex;
+
+typedef struct qni_loop {
+    int32_t first, count; /* in the patch's vertices */
+    int32_t triangle_first, triangle_count;
+    float apex[3];
+    bool has_apex;
+    int32_t clusters, sharp_count;
+    bool escaped; /* a corner that is not in the cell */
+} qni_loop;
+
+typedef struct qni_directed {
+    uint32_t from, to, feature;
+    uint8_t bends;
+    bool reversed;
+} qni_directed;
+
+/* Everything about one cell; a thread keeps one and uses it again and again. */
+typedef struct qni_patch {
+    qn_context *context;
+    const qni_hermite *hermite;
+    const qni_cms_settings *settings;
+    const qn_solid
+        *solid; /* agrees with the whole one in the cell and half its block's width around */
+    qn_solid *restricted; /* NULL: none yet */
+    qni_cell restricted_to;
+    qni_cell cell;
+    float low[3], high[3];
+    double size;
+    bool failed; /* memory */
+    qni_directed *pieces;
+    int64_t piece_count, piece_capacity;
+    qni_loop_vertex *vertices;
+    int64_t vertex_count, vertex_capacity;
+    qni_loop *loops;
+    int64_t loop_count, loop_capacity;
+    int32_t (*triangles)[4]; /* of patch vertices; -1 - loop: that loop's apex; from 1 << 24: inner
+                              * points. Fourth: the vertex whose tangent plane it lies in, -1 when
+                              * that is not known */
+    int64_t triangle_count, triangle_capacity;
+    double *scratch;
+    int64_t scratch_capacity;
+    float (*inner)[3];
+    int64_t inner_count, inner_capacity;
+} qni_patch;
+
+enum { QNI_INNER = 1 << 24 };
+
+void qni_patch_start(qni_patch *patch, qn_context *context, const qni_hermite *hermite,
+                     const qni_cms_settings *settings);
+void qni_patch_free(qni_patch *patch);
+/* Grow an array of a patch; false and patch->failed when memory ran out. */
+bool qni_patch_grow(qni_patch *patch, void **items, int64_t *capacity, int64_t wanted, size_t size);
+void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell);
+/* `out`: the way the segment runs as it is, else reversed; `base` is added to its features'
+ * numbers. */
+bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out, uint32_t base);
+/* Chain the pieces to loops (component.c); false when one does not close. Features are looked up in
+ * `features`. */
+bool qni_patch_trace(qni_patch *patch, const qni_face_feature *features);
+/* Place the apex of each loop (feature.c); `on_surface`: move smooth ones onto the surface. */
+qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally);
+/* Triangles of all loops (triangulate.c); in a cell of several loops they are kept apart
+ * (separate.c). */
+void qni_patch_fan(qni_patch *patch, qni_loop *loop);
+bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force);
+qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally);
+/* Nested boxes (nest.c): in theory always apart; `attempt` varies their sizes. False when it cannot
+ * be built. */
+bool qni_patch_nest(qni_patch *patch, int attempt);
+qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally);
+const float *qni_patch_place(const qni_patch *patch, int32_t vertex);
+/* A float strictly between the walls, as near to the value as can be. */
+static inline float qni_between(double value, float low, float high) {
+    const float rounded = (float)value, least = __builtin_nextafterf(low, high),
+                most = __builtin_nextafterf(high, low);
+    return rounded < least ? least : rounded > most ? most : rounded;
+}
+
+/* The surface within `reach` of a point, along a unit normal that it must share, nearly (near.c).
+ */
+bool qni_surface_near(const qn_solid *solid, const double point[3], const double normal[3],
+                      double reach, double at_out[3], double normal_out[3]);
+
+/* ---- the whole ----------------------------------------------------------------------------------
+ */
+
+/* The coarsening question (coarsen.c). */
+typedef struct qni_coarsening {
+    const qni_hermite *hermite;
+    const qni_cms_settings *settings;
+    qni_patch *patches; /* one for each thread */
+    qni_face_solution *faces;
+    const qni_cell *vetoes; /* ascending: cells that did not come out well beside finer ones */
+    int64_t veto_count;
+} qni_coarsening;
+int qni_compare_vetoes(const void *a, const void *b);
+bool qni_cell_is_explained(void *user, const qni_cell *cell);
+
+/* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping
+ * `rank` directions. */
+bool qni_solve_planes(double *rows, double *heights, int32_t count, int32_t rank,
+                      double solution[3]);
+
+qn_status qni_cms_surface(qn_context *context, const qn_solid *solid,
+                          const qn_solid_surface_options *options, qn_mesh **mesh_out,
+                          qn_solid_surface_report *report, qn_error *error);
+
+#endif

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+/* When a cell may be a leaf: its own surface, one disc, explains all fine samples in it.
+ *
+ * Its own segments make one loop; each crossing of a finest edge in the closed cell lies within the
+ * tolerance of the cell's triangles, of which one there faces its way, so that a second sheet (one
+ * faces back), a wall or a tunnel is never overlooked where the finest lattice sees it; apex and
+ * face features lie on the surface. */
+#include "cms/cms.h"
+#include "core/cube_hd.h"
+#include "core/parallel.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Is any of the twelve edges crossed, over the finest lattice? */
+static bool has_crossed_edge(const qni_hermite *hermite, const qni_cell *cell) {
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
+        int32_t point[3];
+        for (int k = 0; k < 3; ++k)
+            point[k] = cell->low[k] + ((corner >> k & 1) << cell->level);
+        for (int32_t n = 0; n < 1 << cell->level; ++n, ++point[axis])
+            if (qni_hermite_edge(hermite, point, axis).count)
+                return true;
+    }
+    return false;
+}
+
+enum { MOST_SEGMENTS = 3 }; /* on a face of a leaf above the finest level */
+
+/* ---- samples ------------------------------------------------------------------------------------
+ */
+
+typedef bool sample_visit(void *job, const qni_hermite_crossing *crossing);
+
+static bool visit_block(const qni_hermite_block *block, const qni_cell *cell, sample_visit *visit,
+                        void *job) {
+    const int32_t size = 1 << cell->level;
+    int32_t rank = 0;
+    for (int word = 0; word < 24; ++word)
+        for (uint64_t bits = block->crossed[word]; bits; bits &= bits - 1, ++rank) {
+            const int edge = 64 * word + __builtin_ctzll(bits), axis = edge >> 9;
+            const int at[3] = {edge & 7, edge >> 3 & 7, edge >> 6 & 7};
+            bool within = true;
+            for (int k = 0; k < 3; ++k) {
+                const int32_t offset = 8 * block->place[k] + at[k] - cell->low[k];
+                within = within && offset >= 0 && (k == axis ? offset < size : offset <= size);
+            }
+            if (!within)
+                continue;
+            for (int n = block->starts[rank]; n < block->starts[rank + 1]; ++n)
+                if (!visit(job, &block->crossings[n]))
+                    return false;
+        }
+    return true;
+}
+
+/* All crossings in the closed cell; false when the visitor says so. */
+static bool visit_samples(const qni_hermite *hermite, const qni_cell *cell, sample_visit *visit,
+                          void *job) {
+    const int32_t size = 1 << cell->level;
+    for (int32_t z = cell->low[2] >> 3; z <= (cell->low[2] + size) >> 3; ++z)
+        for (int32_t y = cell->low[1] >> 3; y <= (cell->low[1] + size) >> 3; ++y)
+            for (int32_t x = cell->low[0] >> 3; x <= (cell->low[0] + size) >> 3; ++x) {
+                const int64_t index = qni_hermite_find(hermite, x, y, z);
+                if (index >= 0 && !visit_block(&hermite->blocks[index], cell, visit, job))
+                    return false;
+            }
+    return true;
+}
+
+/* ---- geometry
+ * ------------------------------------------------------------------------------------ */
+
+typedef struct distance_job {
+    const qni_patch *patch;
+    double (*normals)[3];
+    double tolerance, facing;
+} distance_job;
+
+static void difference(const float *a, const double b[3], double out[3]) {
+    for (int k = 0; k < 3; ++k)
+        out[k] = (double)a[k] - b[k];
+}
+
+static double dot3(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static double segment_distance2(const double a[3], const double b[3]) { /* from the origin */
+    double way[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const double length2 = dot3(way, way);
+    double t = length2 > 0 ? -dot3(a, way) / length2 : 0;
+    t = t < 0 ? 0 : t > 1 ? 1 : t;
+    double p[3] = {a[0] + t * way[0], a[1] + t * way[1], a[2] + t * way[2]};
+    return dot3(p, p);
+}
+
+static void cross3(const double a[3], const double b[3], double out[3]) {
+    for (int k = 0; k < 3; ++k)
+        out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* Squared distance of a point from a triangle of the patch, whose unit normal is given. */
+static double triangle_distance2(const qni_patch *patch, const int32_t triangle[3],
+                                 const double normal[3], const double point[3]) {
+    double v[3][3];
+    bool over = true;
+    for (int k = 0; k < 3; ++k)
+        difference(qni_patch_place(patch, triangle[k]), point, v[k]);
+    for (int k = 0; k < 3; ++k) {
+        double side[3], turned[3];
+        for (int m = 0; m < 3; ++m)
+            side[m] = v[(k + 1) % 3][m] - v[k][m];
+        cross3(normal, side, turned);
+        over = over && dot3(turned, v[k]) <= 0;
+    }
+    if (over) {
+        const double height = dot3(normal, v[0]);
+        return height * height;
+    }
+    return fmin(segment_distance2(v[0], v[1]),
+                fmin(segment_distance2(v[1], v[2]), segment_distance2(v[2], v[0])));
+}
+
+static bool sample_is_near(void *user, const qni_hermite_crossing *crossing) {
+    const distance_job *job = user;
+    double position[3];
+    qni_crossing_position(crossing, position);
+    for (int64_t t = 0; t < job->patch->triangle_count; ++t)
+        if (dot3(job->normals[t], crossing->normal) >= job->facing &&
+            triangle_distance2(job->patch, job->patch->triangles[t], job->normals[t], position) <=
+                job->tolerance * job->tolerance)
+            return true;
+    return false;
+}
+
+static void unit_normal(const qni_patch *patch, const int32_t triangle[3], double normal[3]) {
+    const float *origin = qni_patch_place(patch, triangle[0]);
+    const double from[3] = {(double)origin[0], (double)origin[1], (double)origin[2]};
+    double a[3], b[3];
+    difference(qni_patch_place(patch, triangle[1]), from, a);
+    difference(qni_patch_place(patch, triangle[2]), from, b);
+    cross3(a, b, normal);
+    const double length = sqrt(dot3(normal, normal));
+    for (int k = 0; k < 3; ++k)
+        normal[k] = length > 0 ? normal[k] / length : 0;
+}
+
+/* Is the point on the surface, to first order? */
+static bool is_on_surface(const qni_patch *patch, const float place[3], double tolerance) {
+    const qn_solid *solid = patch->solid;
+    const double point[3] = {(double)place[0], (double)place[1], (double)place[2]};
+    double value, gradient[3];
+    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK)
+        return false;
+    if (value == 0)
+        return true;
+    if (solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
+        QN_OK)
+        return false;
+    return fabs(value) <= tolerance * sqrt(dot3(gradient, gradient));
+}
+
+static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {
+    for (int64_t n = 0; n < patch->vertex_count; ++n)
+        if (!patch->vertices[n].crossing &&
+            !is_on_surface(patch, patch->vertices[n].place, tolerance))
+            return false;
+    return !patch->loops[0].has_apex || is_on_surface(patch, patch->loops[0].apex, tolerance);
+}
+
+static bool samples_are_explained(const qni_patch *patch) {
+    double normals[64][3];
+    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->crease_cosine};
+    if (patch->triangle_count > 64)
+        return false;
+    for (int64_t t = 0; t < patch->triangle_count; ++t)
+        unit_normal(patch, patch->triangles[t], normals[t]);
+    return visit_samples(patch->hermite, &patch->cell, sample_is_near, &job);
+}
+
+/* The cell's own loop, as if its neighbours were leaves of its size. */
+static bool make_loop(qni_patch *patch, qni_face_solution *solution, const qni_cell *cell) {
+    qni_face_feature features[QNI_FACES * 2 * MOST_SEGMENTS];
+    qni_patch_set_cell(patch, cell);
+    for (int face = 0; face < QNI_FACES; ++face) {
+        const qni_face place = qni_face_of_cell(cell, face);
+        qni_solve_face(patch->hermite, patch->solid, patch->settings, &place, solution);
+        if (solution->count > MOST_SEGMENTS || solution->broken || solution->dropped ||
+            solution->unresolved)
+            return false;
+        const bool out = qni_face_points_out(face);
+        memcpy(features + 2 * MOST_SEGMENTS * face, solution->features,
+               sizeof *features * (size_t)solution->feature_count);
+        for (int n = 0; n < solution->count; ++n)
+            if (!qni_patch_add_piece(patch, &solution->segments[n], out,
+                                     (uint32_t)(2 * MOST_SEGMENTS * face)))
+                return false;
+    }
+    return qni_patch_trace(patch, features) && patch->loop_count == 1;
+}
+
+static bool is_explained(qni_patch *patch, qni_face_solution *solution, const qni_cell *cell) {
+    qni_cms_tally unused;
+    memset(&unused, 0, sizeof unused);
+    if (!make_loop(patch, solution, cell) || qni_patch_place_apexes(patch, true, &unused) != QN_OK)
+        return false;
+    const qni_loop *loop = &patch->loops[0];
+    if (qni_patch_triangulate(patch, &unused) != QN_OK)
+        return false;
+    if (loop->has_apex && (loop->escaped || (loop->clusters == 2 && loop->sharp_count != 2)))
+        return false;
+    return samples_are_explained(patch) && bends_are_on_surface(patch, patch->settings->tolerance);
+}
+
+static bool straddles(const qni_hermite *hermite, const qni_cell *cell) {
+    const qni_lattice *lattice = &hermite->lattice;
+    for (int k = 0; k < 3; ++k)
+        if (qni_lattice_at(lattice, k, cell->low[k]) < lattice->bounds.low[k] ||
+            qni_lattice_at(lattice, k, cell->low[k] + (1 << cell->level)) > lattice->bounds.high[k])
+            return true;
+    return false;
+}
+
+static bool is_unwanted(void *job, const qni_hermite_crossing *crossing) {
+    (void)job, (void)crossing;
+    return false;
+}
+
+int qni_compare_vetoes(const void *a, const void *b) {
+    const qni_cell *p = a, *q = b;
+    for (int k = 2; k >= 0; --k)
+        if (p->low[k] != q->low[k])
+            return p->low[k] < q->low[k] ? -1 : 1;
+    return p->level - q->level;
+}
+
+bool qni_cell_is_explained(void *user, const qni_cell *cell) {
+    const qni_coarsening *coarsening = user;
+    const qni_hermite *hermite = coarsening->hermite;
+    if (coarsening->veto_count && bsearch(cell, coarsening->vetoes, (size_t)coarsening->veto_count,
+                                          sizeof *cell, qni_compare_vetoes))
+        return false;
+    if (coarsening->settings->open && straddles(hermite, cell))
+        return false;
+    if (!has_crossed_edge(hermite, cell))
+        return visit_samples(hermite, cell, is_unwanted, NULL);
+    const int32_t thread = qni_thread_index();
+    return is_explained(&coarsening->patches[thread], &coarsening->faces[thread], cell);
+}

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+/* The apex of a loop [CMS05 3.4]: the number of clusters of normals says smooth, crease or corner,
+ * and with that the rank.
+ *
+ * An apex is always strictly inside its cell: a fan from there over a simple loop on a convex
+ * cell's walls is an embedded disc that touches the walls along the loop only. A crease's apex is
+ * set on the segment between the loop's two face features, which is inside by convexity; the
+ * least-norm point is not (15 % of clean cells). */
+#include "cms/cms.h"
+#include "core/status.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST_CLUSTERS = 4, NEWTON_STEPS = 3 };
+
+static double dot3(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Farthest-point clustering: each next seed is the normal least like the seeds so far, while it
+ * differs by more than the crease angle. At most 4: three make a corner, more tell no more. */
+static int32_t count_clusters(const qni_patch *patch, const qni_loop *loop) {
+    const double *seeds[MOST_CLUSTERS];
+    int32_t clusters = 0;
+    const qni_loop_vertex *vertices = patch->vertices + loop->first;
+    while (clusters < MOST_CLUSTERS) {
+        const double *farthest = NULL;
+        double least = clusters ? patch->settings->crease_cosine : 2;
+        for (int32_t n = 0; n < loop->count; ++n) {
+            if (!vertices[n].has_plane)
+                continue;
+            const double *normal = vertices[n].normal;
+            double most = -2;
+            for (int32_t c = 0; c < clusters; ++c)
+                most = fmax(most, dot3(normal, seeds[c]));
+            if (most < least) {
+                least = most;
+                farthest = normal;
+                if (!clusters)
+                    break;
+            }
+        }
+        if (!farthest)
+            break;
+        seeds[clusters++] = farthest;
+    }
+    return clusters;
+}
+
+static void mean_of(const qni_patch *patch, const qni_loop *loop, bool features_only,
+                    double mean[3]) {
+    int32_t count = 0;
+    mean[0] = mean[1] = mean[2] = 0;
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        if (features_only && !vertex->sharp)
+            continue;
+        for (int k = 0; k < 3; ++k)
+            mean[k] += (double)vertex->place[k];
+        ++count;
+    }
+    for (int k = 0; k < 3; ++k)
+        mean[k] /= count ? count : 1;
+}
+
+/* The least-norm point of the loop's tangent planes about a centre. */
+static bool solve_about(qni_patch *patch, const qni_loop *loop, int32_t rank,
+                        const double centre[3], double point[3]) {
+    if (!qni_patch_grow(patch, (void **)&patch->scratch, &patch->scratch_capacity,
+                        4 * (int64_t)loop->count + 16, sizeof *patch->scratch))
+        return false;
+    double *rows = patch->scratch, *heights = patch->scratch + 3 * (int64_t)loop->count;
+    int32_t count = 0;
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        if (!vertex->has_plane)
+            continue;
+        memcpy(rows + 3 * count, vertex->normal, sizeof vertex->normal);
+        heights[count] = 0;
+        for (int k = 0; k < 3; ++k)
+            heights[count] += vertex->normal[k] * (vertex->at[k] - centre[k]);
+        ++count;
+    }
+    double step[3];
+    if (!qni_solve_planes(rows, heights, count, rank, step))
+        return false;
+    for (int k = 0; k < 3; ++k)
+        point[k] = centre[k] + step[k];
+    return true;
+}
+
+static bool is_inside(const qni_patch *patch, const double point[3]) {
+    for (int k = 0; k < 3; ++k)
+        if (!(point[k] > (double)patch->low[k] && point[k] < (double)patch->high[k]))
+            return false;
+    return true;
+}
+
+static void set_apex(const qni_patch *patch, qni_loop *loop, const double point[3]) {
+    for (int k = 0; k < 3; ++k)
+        loop->apex[k] = qni_between(point[k], patch->low[k], patch->high[k]);
+    loop->has_apex = true;
+}
+
+/* A few Newton steps onto the surface; what leaves the cell's middle, or does not help, is not
+ * taken. */
+static qn_status move_onto_surface(const qni_patch *patch, double point[3]) {
+    const qn_solid *solid = patch->solid;
+    double at[3] = {point[0], point[1], point[2]}, first = 0, value = 0;
+    for (int step = 0; step <= NEWTON_STEPS; ++step) {
+        QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])at, &value));
+        first = step == 0 ? fabs(value) : first;
+        if (step == NEWTON_STEPS || value == 0)
+            break;
+        double gradient[3];
+        QN_TRY(
+            solid->ops->gradients(solid, 1, (const double(*)[3])at, (double(*)[3])gradient, NULL));
+        const double square = dot3(gradient, gradient);
+        if (!(square > 0) || !isfinite(square))
+            return QN_OK;
+        double length = 0;
+        for (int k = 0; k < 3; ++k) {
+            at[k] -= value * gradient[k] / square;
+            length = fmax(length, fabs(at[k] - point[k]));
+        }
+        if (!(length < 0.5 * patch->size) || !is_inside(patch, at))
+            return QN_OK;
+    }
+    if (fabs(value) < first)
+        memcpy(point, at, sizeof at);
+    return QN_OK;
+}
+
+/* How far the loop's tangent planes pass from a point, at most. */
+static double largest_height(const qni_patch *patch, const qni_loop *loop, const double point[3]) {
+    double most = 0;
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        if (!vertex->has_plane)
+            continue;
+        double height = 0;
+        for (int k = 0; k < 3; ++k)
+            height += vertex->normal[k] * (point[k] - vertex->at[k]);
+        most = fmax(most, fabs(height));
+    }
+    return most;
+}
+
+static qn_status place_smooth(qni_patch *patch, qni_loop *loop, bool on_surface) {
+    double mean[3];
+    mean_of(patch, loop, false, mean);
+    if (on_surface && patch->settings->features &&
+        largest_height(patch, loop, mean) > patch->settings->tolerance)
+        QN_TRY(move_onto_surface(patch, mean));
+    set_apex(patch, loop, mean);
+    return QN_OK;
+}
+
+/* From the middle of the two features towards the crease itself, where that is not far. */
+static void place_on_crease(qni_patch *patch, qni_loop *loop) {
+    double middle[3], point[3], reach = 0, moved = 0;
+    mean_of(patch, loop, true, middle);
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        if (!vertex->sharp)
+            continue;
+        for (int k = 0; k < 3; ++k)
+            reach +=
+                ((double)vertex->place[k] - middle[k]) * ((double)vertex->place[k] - middle[k]);
+    }
+    if (solve_about(patch, loop, 2, middle, point) && is_inside(patch, point)) {
+        for (int k = 0; k < 3; ++k)
+            moved += (point[k] - middle[k]) * (point[k] - middle[k]);
+        if (moved < 0.25 * reach)
+            memcpy(middle, point, sizeof middle);
+    }
+    set_apex(patch, loop, middle);
+}
+
+static void place_corner(qni_patch *patch, qni_loop *loop) {
+    double mean[3], point[3];
+    mean_of(patch, loop, false, mean);
+    if (solve_about(patch, loop, 3, mean, point) && is_inside(patch, point)) {
+        set_apex(patch, loop, point);
+        return;
+    }
+    loop->escaped = true;
+    if (loop->sharp_count == 2) {
+        place_on_crease(patch, loop);
+        return;
+    }
+    mean_of(patch, loop, loop->sharp_count > 2, mean);
+    set_apex(patch, loop, mean);
+}
+
+/* Two clusters without two features: the crease ends here, or the surface is just curved. */
+static qn_status place_between(qni_patch *patch, qni_loop *loop, bool on_surface) {
+    double mean[3], point[3];
+    mean_of(patch, loop, false, mean);
+    if (solve_about(patch, loop, 2, mean, point) && is_inside(patch, point)) {
+        set_apex(patch, loop, point);
+        return QN_OK;
+    }
+    return place_smooth(patch, loop, on_surface);
+}
+
+static qn_status place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
+    loop->escaped = false;
+    loop->clusters = patch->settings->features ? count_clusters(patch, loop) : 1;
+    if (loop->clusters >= 3)
+        place_corner(patch, loop);
+    else if (loop->clusters == 2 && loop->sharp_count == 2)
+        place_on_crease(patch, loop);
+    else if (loop->clusters == 2)
+        return place_between(patch, loop, on_surface);
+    else
+        return place_smooth(patch, loop, on_surface);
+    return QN_OK;
+}
+
+qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally) {
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        qni_loop *loop = &patch->loops[n];
+        QN_TRY(place_apex(patch, loop, on_surface));
+        ++tally->loops;
+        tally->smooth_loops += loop->clusters == 1;
+        tally->crease_loops += loop->clusters == 2;
+        tally->corner_loops += loop->clusters > 2;
+        tally->escaped_corners += loop->escaped;
+    }
+    return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+}

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+/* Triangles of a loop: a fan from its apex, or, when it is flat, none but its own vertices.
+ *
+ * Without an apex no diagonal may lie in a wall of the cell: the cell across could have a triangle
+ * there. */
+#include "cms/cms.h"
+#include "core/status.h"
+#include "mesh/predicates.h"
+#include "mesh/triangle_pair.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST_FLAT = 40 };
+
+const float *qni_patch_place(const qni_patch *patch, int32_t vertex) {
+    if (vertex < 0)
+        return patch->loops[-1 - vertex].apex;
+    return vertex >= QNI_INNER ? patch->inner[vertex - QNI_INNER] : patch->vertices[vertex].place;
+}
+
+static void add_triangle(qni_patch *patch, int32_t a, int32_t b, int32_t c, int32_t plane) {
+    if (!qni_patch_grow(patch, (void **)&patch->triangles, &patch->triangle_capacity,
+                        patch->triangle_count + 1, sizeof *patch->triangles))
+        return;
+    int32_t *triangle = patch->triangles[patch->triangle_count++];
+    triangle[0] = a;
+    triangle[1] = b;
+    triangle[2] = c;
+    triangle[3] = plane;
+}
+
+void qni_patch_fan(qni_patch *patch, qni_loop *loop) {
+    loop->has_apex = true;
+    loop->triangle_first = (int32_t)patch->triangle_count;
+    for (int32_t n = 0; n < loop->count; ++n)
+        add_triangle(patch, loop->first + n, loop->first + (n + 1) % loop->count,
+                     -1 - (int32_t)(loop - patch->loops), -1);
+    loop->triangle_count = (int32_t)patch->triangle_count - loop->triangle_first;
+}
+
+/* Newell's normal of the loop. */
+static void loop_normal(const qni_loop_vertex *v, int32_t count, double normal[3]) {
+    normal[0] = normal[1] = normal[2] = 0;
+    for (int32_t n = 0; n < count; ++n) {
+        const float *a = v[n].place, *b = v[(n + 1) % count].place;
+        for (int k = 0; k < 3; ++k) {
+            const int l = (k + 1) % 3, m = (k + 2) % 3;
+            normal[k] += ((double)a[l] - (double)b[l]) *
+                         ((double)a[m] + (double)b[m] - 2 * (double)v[0].place[m]);
+        }
+    }
+}
+
+typedef struct flat_job {
+    const qni_patch *patch;
+    const qni_loop_vertex *v;
+    int count;
+    bool force; /* any triangle that faces the loop's way will do */
+    double tolerance;
+    double facing[3];                     /* unit length */
+    int planes[MOST_FLAT], plane_count;   /* vertices whose tangent planes differ */
+    double heights[MOST_FLAT][MOST_FLAT]; /* of each vertex over each of these planes */
+    double cost[MOST_FLAT][MOST_FLAT];
+    int8_t choice[MOST_FLAT][MOST_FLAT], plane[MOST_FLAT][MOST_FLAT];
+} flat_job;
+
+static bool same_plane(const qni_loop_vertex *a, const qni_loop_vertex *b) {
+    double height = 0;
+    for (int k = 0; k < 3; ++k) {
+        if (fabs(a->normal[k] - b->normal[k]) > 1e-9)
+            return false;
+        height += a->normal[k] * (b->at[k] - a->at[k]);
+    }
+    return fabs(height) <= 1e-9 * (1 + fabs(a->at[0]) + fabs(a->at[1]) + fabs(a->at[2])) &&
+           a->owner == b->owner;
+}
+
+static void measure_heights(flat_job *job) {
+    job->plane_count = 0;
+    for (int n = 0; n < job->count; ++n) {
+        bool known = !job->v[n].has_plane;
+        for (int m = 0; m < job->plane_count && !known; ++m)
+            known = same_plane(&job->v[job->planes[m]], &job->v[n]);
+        if (!known)
+            job->planes[job->plane_count++] = n;
+    }
+    for (int m = 0; m < job->plane_count; ++m) {
+        const qni_loop_vertex *plane = &job->v[job->planes[m]];
+        for (int n = 0; n < job->count; ++n) {
+            double height = 0;
+            for (int k = 0; k < 3; ++k)
+                height += plane->normal[k] * ((double)job->v[n].place[k] - plane->at[k]);
+            job->heights[m][n] = fabs(height);
+        }
+    }
+}
+
+/* The crossing whose tangent plane the triangle lies in, within the tolerance, and whose way it
+ * faces; -1 for none. */
+static int plane_of(const flat_job *job, int i, int j, int k, const double normal[3], double area,
+                    double *best_out) {
+    double best = job->tolerance;
+    int plane = -1;
+    for (int m = 0; m < job->plane_count; ++m) {
+        const double height =
+            fmax(job->heights[m][i], fmax(job->heights[m][j], job->heights[m][k]));
+        const double *tangent = job->v[job->planes[m]].normal;
+        const double along =
+            tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2];
+        if (height < best && along >= job->patch->settings->crease_cosine * area) {
+            best = height;
+            plane = job->planes[m];
+        }
+    }
+    *best_out = best;
+    return plane;
+}
+
+/* What a triangle costs; infinite when it will not do. */
+static double triangle_cost(const flat_job *job, int i, int j, int k, int *plane) {
+    double a[3], b[3], normal[3];
+    for (int n = 0; n < 3; ++n) {
+        a[n] = (double)job->v[j].place[n] - (double)job->v[i].place[n];
+        b[n] = (double)job->v[k].place[n] - (double)job->v[i].place[n];
+    }
+    for (int n = 0; n < 3; ++n)
+        normal[n] = a[(n + 1) % 3] * b[(n + 2) % 3] - a[(n + 2) % 3] * b[(n + 1) % 3];
+    const double area = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    const double along =
+        normal[0] * job->facing[0] + normal[1] * job->facing[1] + normal[2] * job->facing[2];
+    double height = 0;
+    *plane = job->force ? -1 : plane_of(job, i, j, k, normal, area, &height);
+    if (job->force ? !(along > 0.2 * area) : *plane < 0)
+        return HUGE_VAL;
+    if (qni_collinear(job->v[i].place, job->v[j].place, job->v[k].place))
+        return HUGE_VAL;
+    return area * (height + 0.01 * job->tolerance); /* near to its plane first, then small */
+}
+
+static void add_range(qni_patch *patch, const qni_loop *loop, const flat_job *job, int i, int j) {
+    if (j - i < 2)
+        return;
+    const int k = job->choice[i][j], plane = job->plane[i][j];
+    add_triangle(patch, loop->first + i, loop->first + k, loop->first + j,
+                 plane < 0 ? -1 : loop->first + plane);
+    add_range(patch, loop, job, i, k);
+    add_range(patch, loop, job, k, j);
+}
+
+/* Do two triangles of the range meet beyond what they share? */
+static bool overlaps_itself(const qni_patch *patch, const qni_loop *loop) {
+    float places[3 * MOST_FLAT];
+    for (int32_t n = 0; n < loop->count; ++n)
+        memcpy(places + 3 * n, patch->vertices[loop->first + n].place, 3 * sizeof(float));
+    for (int64_t s = loop->triangle_first; s < patch->triangle_count; ++s)
+        for (int64_t t = s + 1; t < patch->triangle_count; ++t) {
+            uint32_t a[3], b[3];
+            for (int k = 0; k < 3; ++k) {
+                a[k] = (uint32_t)(patch->triangles[s][k] - loop->first);
+                b[k] = (uint32_t)(patch->triangles[t][k] - loop->first);
+            }
+            if (qni_triangles_meet(places, a, b))
+                return true;
+        }
+    return false;
+}
+
+/* Least cost over all triangulations of the loop's own vertices, by ranges i .. j. */
+static bool choose_triangles(flat_job *job) {
+    const qni_loop_vertex *v = job->v;
+    const int count = job->count;
+    for (int i = 0; i + 1 < count; ++i)
+        job->cost[i][i + 1] = 0;
+    for (int length = 2; length < count; ++length)
+        for (int i = 0; i + length < count; ++i) {
+            const int j = i + length;
+            job->cost[i][j] = HUGE_VAL;
+            if (length < count - 1 && (v[i].walls & v[j].walls))
+                continue; /* a diagonal in a wall */
+            for (int k = i + 1; k < j; ++k) {
+                const double parts = job->cost[i][k] + job->cost[k][j];
+                int plane;
+                if (!(parts < job->cost[i][j]))
+                    continue;
+                const double total = parts + triangle_cost(job, i, k, j, &plane);
+                if (total < job->cost[i][j]) {
+                    job->cost[i][j] = total;
+                    job->choice[i][j] = (int8_t)k;
+                    job->plane[i][j] = (int8_t)plane;
+                }
+            }
+        }
+    return job->cost[0][count - 1] < HUGE_VAL;
+}
+
+/* Triangles between the loop's own vertices: each in a tangent plane of the loop within the
+ * tolerance, so that flat pieces, creases and even several creases that meet beyond the cell come
+ * out as they are. With `force` any that face the loop's way. */
+static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tolerance) {
+    flat_job job;
+    if (loop->count > MOST_FLAT || loop->count < 3)
+        return false;
+    job.patch = patch;
+    job.v = patch->vertices + loop->first;
+    job.count = loop->count;
+    job.tolerance = tolerance;
+    job.force = force || !patch->settings->features;
+    loop_normal(job.v, job.count, job.facing);
+    const double length = sqrt(job.facing[0] * job.facing[0] + job.facing[1] * job.facing[1] +
+                               job.facing[2] * job.facing[2]);
+    for (int k = 0; k < 3; ++k)
+        job.facing[k] /= length > 0 ? length : 1;
+    measure_heights(&job);
+    if (!choose_triangles(&job))
+        return false;
+    loop->triangle_first = (int32_t)patch->triangle_count;
+    add_range(patch, loop, &job, 0, job.count - 1);
+    loop->triangle_count = (int32_t)patch->triangle_count - loop->triangle_first;
+    loop->has_apex = false;
+    if (!overlaps_itself(patch, loop))
+        return true;
+    patch->triangle_count = loop->triangle_first;
+    loop->has_apex = true;
+    return false;
+}
+
+/* A corner in the cell has its fan: triangles that miss it a little, within the tolerance, are not
+ * taken instead. */
+bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force) {
+    const bool corner = loop->clusters > 2 && !loop->escaped;
+    return flat_within(patch, loop, force,
+                       corner ? fmin(patch->settings->tolerance, 1e-4 * patch->size)
+                              : patch->settings->tolerance);
+}
+
+/* How far the loop's triangles are from the surface at their centroids, by the solid's values. */
+static qn_status measure(const qni_patch *patch, const qni_loop *loop, double *worst) {
+    const qn_solid *solid = patch->solid;
+    *worst = 0;
+    for (int32_t t = 0; t < loop->triangle_count; ++t) {
+        const int32_t *triangle = patch->triangles[loop->triangle_first + t];
+        double point[3] = {0, 0, 0}, value;
+        for (int n = 0; n < 3; ++n)
+            for (int k = 0; k < 3; ++k)
+                point[k] += (double)qni_patch_place(patch, triangle[n])[k] / 3;
+        QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])point, &value));
+        *worst = fmax(*worst, fabs(value));
+    }
+    return QN_OK;
+}
+
+/* Loops that no rule fits: a corner beyond the cell, a crease that curves or comes through twice.
+ * Of a fan and of triangles in ever looser planes the one is taken that is nearest to the surface.
+ */
+static qn_status triangulate_odd(qni_patch *patch, qni_loop *loop) {
+    const double size = patch->size;
+    double best, worst, choice = 0;
+    qni_patch_fan(patch, loop);
+    QN_TRY(measure(patch, loop, &best));
+    patch->triangle_count = loop->triangle_first;
+    for (double tolerance = 0.05 * size; tolerance < size; tolerance *= 2.5) {
+        if (!flat_within(patch, loop, false, tolerance))
+            continue;
+        QN_TRY(measure(patch, loop, &worst));
+        patch->triangle_count = loop->triangle_first;
+        if (worst < best) {
+            best = worst;
+            choice = tolerance;
+        }
+    }
+    if (choice == 0 || !flat_within(patch, loop, false, choice))
+        qni_patch_fan(patch, loop);
+    return QN_OK;
+}
+
+static bool is_odd(const qni_patch *patch, const qni_loop *loop) {
+    return patch->settings->features && loop->clusters > 1 &&
+           (loop->escaped || loop->sharp_count != loop->clusters);
+}
+
+qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally) {
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        qni_loop *loop = &patch->loops[n];
+        if (qni_patch_flat(patch, loop, false))
+            ++tally->flat_loops;
+        else if (patch->cell.level == 0 && is_odd(patch, loop))
+            QN_TRY(triangulate_odd(patch, loop));
+        else
+            qni_patch_fan(patch, loop);
+    }
+    return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+}

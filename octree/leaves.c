@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+/* Numbering the leaves with surface, and finding who lies across a face. */
+#include "core/context.h"
+#include "core/cube_hd.h"
+#include "core/status.h"
+#include "octree/octree.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+int qni_octree_level(const qni_octree *octree, const int32_t point[3]) {
+    const int64_t index =
+        qni_hermite_find(octree->hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
+    return index < 0
+               ? -1
+               : octree->levels[index][64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7)];
+}
+
+static bool edge_is_crossed(const qni_hermite *hermite, const qni_cell *cell, int edge) {
+    const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
+    int32_t point[3];
+    for (int k = 0; k < 3; ++k)
+        point[k] = cell->low[k] + ((corner >> k & 1) << cell->level);
+    for (int32_t n = 0; n < 1 << cell->level; ++n, ++point[axis])
+        if (qni_hermite_edge(hermite, point, axis).count)
+            return true;
+    return false;
+}
+
+static bool has_surface(const qni_hermite *hermite, const qni_cell *cell) {
+    for (int edge = 0; edge < QNI_EDGES; ++edge)
+        if (edge_is_crossed(hermite, cell, edge))
+            return true;
+    return false;
+}
+
+static void mark_starts(qni_octree *octree, int64_t index) {
+    const qni_hermite_block *block = &octree->hermite->blocks[index];
+    for (int n = 0; n < 512; ++n) {
+        const int level = octree->levels[index][n];
+        const int at[3] = {n & 7, n >> 3 & 7, n >> 6};
+        const int low = level <= 3 ? (1 << level) - 1 : 0;
+        if (level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low))
+            continue;
+        const qni_cell cell = {
+            {8 * block->place[0] + at[0], 8 * block->place[1] + at[1], 8 * block->place[2] + at[2]},
+            level};
+        if (has_surface(octree->hermite, &cell))
+            octree->starts[index][n >> 6] |= UINT64_C(1) << (n & 63);
+    }
+}
+
+static int compare_cells(const void *a, const void *b) {
+    const qni_cell *p = a, *q = b;
+    for (int k = 2; k >= 0; --k)
+        if (p->low[k] != q->low[k])
+            return p->low[k] < q->low[k] ? -1 : 1;
+    return p->level - q->level;
+}
+
+static void list_small(qni_octree *octree) {
+    for (int64_t i = 0; i < octree->hermite->block_count; ++i) {
+        const int32_t *place = octree->hermite->blocks[i].place;
+        qni_cell *leaf = octree->leaves + octree->bases[i];
+        for (int word = 0; word < 8; ++word)
+            for (uint64_t bits = octree->starts[i][word]; bits; bits &= bits - 1, ++leaf) {
+                const int n = 64 * word + __builtin_ctzll(bits);
+                leaf->low[0] = 8 * place[0] + (n & 7);
+                leaf->low[1] = 8 * place[1] + (n >> 3 & 7);
+                leaf->low[2] = 8 * place[2] + (n >> 6);
+                leaf->level = octree->levels[i][n];
+            }
+    }
+}
+
+qn_status qni_octree_number_leaves(qni_octree *octree, const qni_cell *large, int64_t large_count,
+                                   qn_error *error) {
+    const qni_hermite *hermite = octree->hermite;
+    const int32_t threads = qn_context_threads(hermite->context);
+#pragma omp parallel for schedule(dynamic, 16) num_threads(threads)
+    for (int64_t i = 0; i < hermite->block_count; ++i)
+        mark_starts(octree, i);
+    int64_t count = 0;
+    for (int64_t i = 0; i < hermite->block_count; ++i) {
+        octree->bases[i] = (uint32_t)count;
+        for (int word = 0; word < 8; ++word)
+            count += __builtin_popcountll(octree->starts[i][word]);
+    }
+    octree->small_count = count;
+    for (int64_t n = 0; n < large_count; ++n)
+        count += has_surface(hermite, &large[n]);
+    if (count >= INT32_MAX)
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "more than 2^31 leaves: take a smaller depth");
+    octree->leaves = qni_alloc(hermite->context, count, sizeof *octree->leaves);
+    if (!octree->leaves)
+        return qni_fail_memory(error, "the octree");
+    octree->leaf_count = count;
+    list_small(octree);
+    count = octree->small_count;
+    for (int64_t n = 0; n < large_count; ++n)
+        if (has_surface(hermite, &large[n]))
+            octree->leaves[count++] = large[n];
+    qsort(octree->leaves + octree->small_count, (size_t)(count - octree->small_count),
+          sizeof(qni_cell), compare_cells);
+    return QN_OK;
+}
+
+int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell) {
+    if (cell->level > 3) {
+        const qni_cell *from = octree->leaves + octree->small_count;
+        const size_t count = (size_t)(octree->leaf_count - octree->small_count);
+        const qni_cell *found =
+            count ? bsearch(cell, from, count, sizeof *cell, compare_cells) : NULL;
+        return found ? found - octree->leaves : -1;
+    }
+    const int64_t index =
+        qni_hermite_find(octree->hermite, cell->low[0] >> 3, cell->low[1] >> 3, cell->low[2] >> 3);
+    const int n = 64 * (cell->low[2] & 7) + 8 * (cell->low[1] & 7) + (cell->low[0] & 7);
+    if (index < 0 || octree->levels[index][n] != cell->level || !qni_bit(octree->starts[index], n))
+        return -1;
+    int64_t number = octree->bases[index];
+    for (int word = 0; word < n >> 6; ++word)
+        number += __builtin_popcountll(octree->starts[index][word]);
+    return number +
+           __builtin_popcountll(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
+}
+
+qni_cell qni_cell_across(const qni_cell *cell, int face) {
+    qni_cell across = *cell;
+    across.low[face >> 1] += (face & 1 ? 1 : -1) * (1 << cell->level);
+    return across;
+}
+
+/* The level of any leaf along the face, on its other side; -1 where there is no block. */
+static int level_across(const qni_octree *octree, const qni_cell *cell, int face) {
+    const int axis = face >> 1, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    qni_cell across = qni_cell_across(cell, face);
+    if (!(face & 1))
+        across.low[axis] += (1 << cell->level) - 1; /* the layer that touches the face */
+    const int32_t step = cell->level < 3 ? 1 << cell->level : QNI_BLOCK;
+    for (int32_t v = 0; v < 1 << cell->level; v += step)
+        for (int32_t u = 0; u < 1 << cell->level; u += step) {
+            int32_t point[3] = {across.low[0], across.low[1], across.low[2]};
+            point[p] += u;
+            point[q] += v;
+            const int level = qni_octree_level(octree, point);
+            if (level >= 0)
+                return level;
+        }
+    return -1;
+}
+
+bool qni_octree_divided_across(const qni_octree *octree, const qni_cell *cell, int face) {
+    const int level = level_across(octree, cell, face);
+    return level >= 0 && level < cell->level;
+}
+
+bool qni_octree_coarser_across(const qni_octree *octree, const qni_cell *cell, int face) {
+    return level_across(octree, cell, face) > cell->level;
+}

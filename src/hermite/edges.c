@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: MIT
+/* One block: signs at its 9^3 lattice points, then all crossings of the edges it owns.
+ *
+ * Edges whose ends differ are always asked for. Edges with equal ends can still be crossed twice (a
+ * thin wall): they are asked for where bounds over 2^3 cells, and then over the edge itself, leave
+ * that possible. */
+#include "core/context.h"
+#include "core/status.h"
+#include "hermite/hermite.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef struct edge_job {
+    qni_sampling *sampling;
+    const qni_lattice *lattice;
+    const qn_solid *solid; /* restricted to the block */
+    qni_hermite_block *block;
+    qni_hermite_crossing *found;
+    int32_t found_count, found_capacity;
+    uint16_t starts[QNI_BLOCK_EDGES + 1];
+    uint64_t undecided; /* 2^3 cells each: 16 z + 4 y + x */
+    double planes[3][9];
+} edge_job;
+
+static bool in_bounds(const qni_box *bounds, int axis, double coordinate) {
+    return coordinate >= bounds->low[axis] && coordinate <= bounds->high[axis];
+}
+
+static qn_status sample_signs(edge_job *job) {
+    double points[QNI_BLOCK_CORNERS][3], values[QNI_BLOCK_CORNERS];
+    for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
+        points[n][0] = job->planes[0][n % 9];
+        points[n][1] = job->planes[1][n / 9 % 9];
+        points[n][2] = job->planes[2][n / 81];
+    }
+    QN_TRY(
+        job->solid->ops->values(job->solid, QNI_BLOCK_CORNERS, (const double(*)[3])points, values));
+    job->sampling->evaluations += QNI_BLOCK_CORNERS;
+    const qni_box *bounds = &job->lattice->bounds;
+    for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
+        bool within = true;
+        for (int k = 0; k < 3; ++k)
+            within = within && in_bounds(bounds, k, points[n][k]);
+        job->block->straddles = job->block->straddles || !within;
+        if (within && values[n] < 0)
+            job->block->inside[n >> 6] |= UINT64_C(1) << (n & 63);
+    }
+    return QN_OK;
+}
+
+static qn_status find_undecided(edge_job *job) {
+    for (int n = 0; n < 64; ++n) {
+        const int at[3] = {2 * (n & 3), 2 * (n >> 2 & 3), 2 * (n >> 4)};
+        qni_box box;
+        double range[2];
+        for (int k = 0; k < 3; ++k) {
+            box.low[k] = job->planes[k][at[k]];
+            box.high[k] = job->planes[k][at[k] + 2];
+        }
+        QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
+        if (!(range[0] > 0) && !(range[1] < 0))
+            job->undecided |= UINT64_C(1) << n;
+    }
+    return QN_OK;
+}
+
+/* The solid ends at the bounds: what of its crossings remains, and where its caps stand. Only edges
+ * across the bounds. */
+static qn_status clip(edge_job *job, int axis, const double a[3], const double b[3],
+                      qni_crossing *list, int32_t *count) {
+    const qni_box *bounds = &job->lattice->bounds;
+    for (int side = 0; side < 2; ++side) {
+        const double plane = side ? bounds->high[axis] : bounds->low[axis];
+        if (!(side ? b[axis] > plane : a[axis] < plane))
+            continue;
+        double point[3] = {a[0], a[1], a[2]}, value;
+        point[axis] = plane;
+        QN_TRY(job->solid->ops->values(job->solid, 1, (const double(*)[3])point, &value));
+        const double at = (plane - a[axis]) / (b[axis] - a[axis]);
+        const double slack =
+            value < 0 ? 0 : 1e-6; /* a surface that lies on the bounds is the solid's own */
+        int32_t kept = 0;
+        for (int32_t n = 0; n < *count; ++n)
+            if (side ? list[n].at < at + slack : list[n].at > at - slack)
+                list[kept++] = list[n];
+        if (value < 0) {
+            qni_crossing cap = {at, {0, 0, 0}, -1, side == 0};
+            cap.normal[axis] = side ? 1 : -1;
+            const int32_t place = side ? kept : 0;
+            memmove(list + place + 1, list + place, sizeof *list * (size_t)(kept - place));
+            list[place] = cap;
+            ++kept;
+        }
+        *count = kept;
+    }
+    return QN_OK;
+}
+
+/* One crossing that nobody found, though the ends differ: bisection on the values. */
+static qn_status bisect(edge_job *job, const double a[3], const double b[3], bool enters,
+                        qni_crossing *out) {
+    double low = 0, high = 1;
+    double point[3], gradient[3];
+    for (int step = 0; step < 50; ++step) {
+        const double middle = 0.5 * (low + high);
+        double value;
+        for (int k = 0; k < 3; ++k)
+            point[k] = a[k] + middle * (b[k] - a[k]);
+        QN_TRY(job->solid->ops->values(job->solid, 1, (const double(*)[3])point, &value));
+        if ((value < 0) == enters)
+            high = middle;
+        else
+            low = middle;
+    }
+    QN_TRY(job->solid->ops->gradients(job->solid, 1, (const double(*)[3])point,
+                                      (double(*)[3])gradient, &out->owner));
+    out->at = low;
+    out->enters = enters;
+    memcpy(out->normal, gradient, sizeof gradient);
+    return QN_OK;
+}
+
+/* Keep an alternating list that agrees with the signs at the ends. */
+static qn_status mend(edge_job *job, const double a[3], const double b[3], bool start, bool end,
+                      qni_crossing *list, int32_t *count) {
+    int32_t kept = 0;
+    bool inside = start;
+    for (int32_t n = 0; n < *count; ++n)
+        if (list[n].enters != inside && list[n].at >= 0 && list[n].at <= 1) {
+            inside = list[n].enters;
+            list[kept++] = list[n];
+        }
+    job->sampling->mended_edges += kept != *count || inside != end;
+    if (inside != end && kept > 0)
+        --kept;
+    else if (inside != end)
+        QN_TRY(bisect(job, a, b, !start, &list[kept++]));
+    *count = kept;
+    return QN_OK;
+}
+
+/* Unit length, and a direction even where there is none. */
+static void normalize(double normal[3], int axis, bool enters) {
+    const double length =
+        sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    const bool good = length > 0 && isfinite(length);
+    for (int k = 0; k < 3; ++k)
+        normal[k] = good ? normal[k] / length : 0;
+    if (!good)
+        normal[axis] = enters ? -1 : 1;
+}
+
+/* Floats strictly between the ends and ascending; pairs for which there is no room are dropped. */
+static void round_places(edge_job *job, qni_hermite_crossing *list, int32_t *count, int axis,
+                         float low, float high) {
+    for (;;) {
+        float before = low;
+        for (int32_t n = 0; n < *count; ++n) {
+            const float least = nextafterf(before, high);
+            const float here = (float)list[n].at;
+            list[n].place[axis] = before = here > least ? here : least;
+        }
+        float after = high;
+        for (int32_t n = *count - 1; n >= 0 && list[n].place[axis] >= after; --n) {
+            list[n].place[axis] = nextafterf(after, low);
+            after = list[n].place[axis];
+        }
+        if (*count == 0 || list[0].place[axis] > low)
+            return;
+        *count -= 2;
+        ++job->sampling->mended_edges;
+    }
+}
+
+static bool grow(edge_job *job) {
+    if (job->found_count + QNI_EDGE_CAPACITY + 4 <= job->found_capacity)
+        return true;
+    qn_context *context = job->sampling->hermite->context;
+    const int32_t capacity = job->found_capacity ? 2 * job->found_capacity : 512;
+    qni_hermite_crossing *found =
+        qni_realloc(context, job->found, job->found_capacity, capacity, sizeof *found);
+    if (!found)
+        return false;
+    job->found = found;
+    job->found_capacity = capacity;
+    return true;
+}
+
+static qn_status keep(edge_job *job, int edge, int axis, const double a[3], const double b[3],
+                      const qni_crossing *list, int32_t count) {
+    if (count == 0)
+        return QN_OK;
+    if (!grow(job))
+        return QN_ERROR_OUT_OF_MEMORY;
+    qni_hermite_crossing *out = job->found + job->found_count;
+    for (int32_t n = 0; n < count; ++n) {
+        out[n].at = a[axis] + list[n].at * (b[axis] - a[axis]);
+        out[n].owner = list[n].owner;
+        out[n].enters = list[n].enters;
+        out[n].axis = (uint8_t)axis;
+        for (int k = 0; k < 3; ++k)
+            out[n].place[k] = (float)a[k];
+        memcpy(out[n].normal, list[n].normal, sizeof out[n].normal);
+        normalize(out[n].normal, axis, out[n].enters);
+    }
+    round_places(job, out, &count, axis, (float)a[axis], (float)b[axis]);
+    if (count == 0)
+        return QN_OK;
+    qni_hermite_block *block = job->block;
+    block->crossed[edge >> 6] |= UINT64_C(1) << (edge & 63);
+    job->found_count += count;
+    job->starts[++block->edge_count] = (uint16_t)job->found_count;
+    if (count > 1) {
+        block->multiple = true;
+        ++job->sampling->multiple_edges;
+    }
+    return QN_OK;
+}
+
+/* Can an edge with equal ends be crossed? Its four 2^3 neighbours within the block all hold it. */
+static qn_status edge_is_undecided(edge_job *job, const int at[3], const double a[3],
+                                   const double b[3], bool *undecided) {
+    *undecided = false;
+    if (!(job->undecided >> (16 * (at[2] >> 1) + 4 * (at[1] >> 1) + (at[0] >> 1)) & 1))
+        return QN_OK;
+    qni_box box;
+    double range[2];
+    memcpy(box.low, a, sizeof box.low);
+    memcpy(box.high, b, sizeof box.high);
+    QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
+    *undecided = range[0] < 0 && range[1] >= 0;
+    return QN_OK;
+}
+
+static qn_status one_edge(edge_job *job, int edge) {
+    const int axis = edge >> 9, at[3] = {edge & 7, edge >> 3 & 7, edge >> 6 & 7};
+    const int corner = 81 * at[2] + 9 * at[1] + at[0], stride = axis == 0 ? 1 : axis == 1 ? 9 : 81;
+    const bool start = qni_bit(job->block->inside, corner),
+               end = qni_bit(job->block->inside, corner + stride);
+    const qni_box *bounds = &job->lattice->bounds;
+    double a[3], b[3];
+    for (int k = 0; k < 3; ++k) {
+        a[k] = b[k] = job->planes[k][at[k]];
+        if (k != axis && !in_bounds(bounds, k, a[k]))
+            return QN_OK;
+    }
+    b[axis] = job->planes[axis][at[axis] + 1];
+    if (b[axis] < bounds->low[axis] || a[axis] > bounds->high[axis])
+        return QN_OK;
+    bool ask = start != end;
+    if (!ask)
+        QN_TRY(edge_is_undecided(job, at, a, b, &ask));
+    if (!ask)
+        return QN_OK;
+    qni_crossing list[QNI_EDGE_CAPACITY + 4];
+    int32_t count = 0;
+    QN_TRY(job->solid->ops->crossings(job->solid, a, b, QNI_EDGE_CAPACITY, list, &count));
+    count = count > QNI_EDGE_CAPACITY ? QNI_EDGE_CAPACITY : count;
+    if (a[axis] < bounds->low[axis] || b[axis] > bounds->high[axis])
+        QN_TRY(clip(job, axis, a, b, list, &count));
+    QN_TRY(mend(job, a, b, start, end, list, &count));
+    return keep(job, edge, axis, a, b, list, count);
+}
+
+static qn_status store(edge_job *job) {
+    qn_context *context = job->sampling->hermite->context;
+    qni_hermite_block *block = job->block;
+    int before = 0;
+    for (int word = 0; word < 24; ++word) {
+        block->rank[word] = (uint16_t)before;
+        before += __builtin_popcountll(block->crossed[word]);
+    }
+    block->crossings = qni_alloc(context, job->found_count, sizeof *block->crossings);
+    block->starts = qni_alloc(context, block->edge_count + 1, sizeof *block->starts);
+    block->crossing_count = job->found_count;
+    if (!block->crossings || !block->starts)
+        return QN_ERROR_OUT_OF_MEMORY;
+    if (job->found_count)
+        memcpy(block->crossings, job->found, sizeof *job->found * (size_t)job->found_count);
+    memcpy(block->starts, job->starts, sizeof *job->starts * (size_t)(block->edge_count + 1));
+    return QN_OK;
+}
+
+static qn_status sample(edge_job *job) {
+    QN_TRY(sample_signs(job));
+    QN_TRY(find_undecided(job));
+    for (int edge = 0; edge < QNI_BLOCK_EDGES; ++edge)
+        QN_TRY(one_edge(job, edge));
+    return store(job);
+}
+
+qn_status qni_sample_block(qni_sampling *sampling, qni_hermite_block *block) {
+    qni_hermite *hermite = sampling->hermite;
+    edge_job job = {.sampling = sampling, .lattice = &hermite->lattice, .block = block};
+    qni_box box;
+    for (int k = 0; k < 3; ++k) {
+        for (int n = 0; n < 9; ++n)
+            job.planes[k][n] = qni_lattice_at(&hermite->lattice, k, 8 * block->place[k] + n);
+        box.low[k] = job.planes[k][0];
+        box.high[k] = job.planes[k][8];
+    }
+    qn_solid *inner;
+    QN_TRY(hermite->solid->ops->restrict_to(hermite->solid, &box, &inner));
+    job.solid = inner;
+    const qn_status status = sample(&job);
+    qn_solid_destroy(inner);
+    qni_free(hermite->context, job.found, job.found_capacity, sizeof *job.found);
+    return status;
+}

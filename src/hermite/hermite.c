@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+/* Keeping Hermite blocks: the table, look-ups, and sampling until no crossing lacks a block beside
+ * it. */
+#include "hermite/hermite.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static uint64_t hash_place(int32_t x, int32_t y, int32_t z) {
+    uint64_t key =
+        (uint64_t)(uint32_t)x | (uint64_t)(uint32_t)y << 21 | (uint64_t)(uint32_t)z << 42;
+    key *= UINT64_C(0x9e3779b97f4a7c15);
+    return key ^ key >> 29;
+}
+
+int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z) {
+    if (!hermite->table)
+        return -1;
+    const uint64_t mask = (uint64_t)hermite->table_size - 1;
+    for (uint64_t slot = hash_place(x, y, z) & mask;; slot = (slot + 1) & mask) {
+        const int32_t entry = hermite->table[slot];
+        if (!entry)
+            return -1;
+        const int32_t *place = hermite->blocks[entry - 1].place;
+        if (place[0] == x && place[1] == y && place[2] == z)
+            return entry - 1;
+    }
+}
+
+static void put_in_table(qni_hermite *hermite, int64_t index) {
+    const int32_t *place = hermite->blocks[index].place;
+    const uint64_t mask = (uint64_t)hermite->table_size - 1;
+    uint64_t slot = hash_place(place[0], place[1], place[2]) & mask;
+    while (hermite->table[slot])
+        slot = (slot + 1) & mask;
+    hermite->table[slot] = (int32_t)index + 1;
+}
+
+static bool rebuild_table(qni_hermite *hermite, int64_t size) {
+    int32_t *table = qni_alloc_zero(hermite->context, size, sizeof *table);
+    if (!table)
+        return false;
+    qni_free(hermite->context, hermite->table, hermite->table_size, sizeof *table);
+    hermite->table = table;
+    hermite->table_size = size;
+    for (int64_t i = 0; i < hermite->block_count; ++i)
+        put_in_table(hermite, i);
+    return true;
+}
+
+bool qni_hermite_enter(qni_hermite *hermite, const int32_t place[3]) {
+    if (hermite->block_count == hermite->block_capacity) {
+        const int64_t capacity = hermite->block_capacity ? 2 * hermite->block_capacity : 256;
+        qni_hermite_block *blocks = qni_realloc(hermite->context, hermite->blocks,
+                                                hermite->block_capacity, capacity, sizeof *blocks);
+        if (!blocks)
+            return false;
+        hermite->blocks = blocks;
+        hermite->block_capacity = capacity;
+    }
+    if (2 * (hermite->block_count + 1) > hermite->table_size &&
+        !rebuild_table(hermite, hermite->table_size ? 2 * hermite->table_size : 1024))
+        return false;
+    qni_hermite_block *block = &hermite->blocks[hermite->block_count];
+    memset(block, 0, sizeof *block);
+    memcpy(block->place, place, sizeof block->place);
+    put_in_table(hermite, hermite->block_count++);
+    return true;
+}
+
+void qni_hermite_destroy(qni_hermite *hermite) {
+    for (int64_t i = 0; i < hermite->block_count; ++i) {
+        qni_hermite_block *block = &hermite->blocks[i];
+        qni_free(hermite->context, block->starts, block->edge_count + 1, sizeof *block->starts);
+        if (!hermite->crossings)
+            qni_free(hermite->context, block->crossings, block->crossing_count,
+                     sizeof *block->crossings);
+    }
+    qni_free(hermite->context, hermite->crossings, hermite->crossing_count,
+             sizeof *hermite->crossings);
+    qni_free(hermite->context, hermite->blocks, hermite->block_capacity, sizeof *hermite->blocks);
+    qni_free(hermite->context, hermite->table, hermite->table_size, sizeof *hermite->table);
+    hermite->blocks = NULL;
+    hermite->table = NULL;
+    hermite->block_count = hermite->block_capacity = hermite->table_size = 0;
+}
+
+qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis) {
+    const qni_edge_crossings none = {NULL, 0, 0};
+    const int64_t index = qni_hermite_find(hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
+    if (index < 0)
+        return none;
+    const qni_hermite_block *block = &hermite->blocks[index];
+    const int edge = 512 * axis + 64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7);
+    if (!qni_bit(block->crossed, edge))
+        return none;
+    const uint64_t below = block->crossed[edge >> 6] & ((UINT64_C(1) << (edge & 63)) - 1);
+    const int rank = block->rank[edge >> 6] + __builtin_popcountll(below);
+    const int start = block->starts[rank];
+    const qni_edge_crossings found = {block->crossings + start, block->base + start,
+                                      block->starts[rank + 1] - start};
+    return found;
+}
+
+int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]) {
+    for (int low = 0; low < 8;
+         ++low) { /* a point on a block's upper side is in that block's signs too */
+        int32_t place[3], local[3];
+        bool fits = true;
+        for (int k = 0; k < 3; ++k) {
+            const bool step = low >> k & 1;
+            fits = fits && (!step || (point[k] & 7) == 0);
+            place[k] = (point[k] >> 3) - step;
+            local[k] = step ? 8 : point[k] & 7;
+        }
+        const int64_t index = fits ? qni_hermite_find(hermite, place[0], place[1], place[2]) : -1;
+        if (index >= 0)
+            return qni_bit(hermite->blocks[index].inside, 81 * local[2] + 9 * local[1] + local[0]);
+    }
+    return -1;
+}
+
+/* Blocks that hold a crossed edge of this one in their closed box, but are not there yet. */
+static bool enter_missing_neighbors(qni_hermite *hermite, int64_t index) {
+    const qni_hermite_block block = hermite->blocks[index]; /* entering may move the blocks */
+    bool wanted[27] = {false};
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
+            const int at[3] = {n % 9, n / 9 % 9, n / 81};
+            if (at[axis] == 8)
+                continue;
+            const int stride = axis == 0 ? 1 : axis == 1 ? 9 : 81;
+            const bool owned = at[0] < 8 && at[1] < 8 && at[2] < 8;
+            const bool crossed =
+                owned ? qni_bit(block.crossed, 512 * axis + 64 * at[2] + 8 * at[1] + at[0])
+                      : qni_bit(block.inside, n) != qni_bit(block.inside, n + stride);
+            if (!crossed)
+                continue;
+            int step[3];
+            for (int k = 0; k < 3; ++k)
+                step[k] = k == axis ? 0 : at[k] == 0 ? -1 : at[k] == 8 ? 1 : 0;
+            for (int m = 1; m < 8; ++m)
+                wanted[13 + (m & 1 ? step[0] : 0) + 3 * (m & 2 ? step[1] : 0) +
+                       9 * (m & 4 ? step[2] : 0)] = true;
+        }
+    }
+    for (int n = 0; n < 27; ++n) {
+        const int32_t place[3] = {block.place[0] + n % 3 - 1, block.place[1] + n / 3 % 3 - 1,
+                                  block.place[2] + n / 9 - 1};
+        if (wanted[n] && n != 13 && qni_hermite_find(hermite, place[0], place[1], place[2]) < 0 &&
+            !qni_hermite_enter(hermite, place))
+            return false;
+    }
+    return true;
+}
+
+static qn_status sample_blocks(qni_hermite *hermite, int64_t from, double share, qn_error *error) {
+    const int32_t threads = qn_context_threads(hermite->context);
+    const int64_t round = 64 * (int64_t)threads, end = hermite->block_count;
+    for (int64_t first = from; first < end; first += round) {
+        if (qni_progress(hermite->context, "sampling",
+                         share * (double)(first - from) / (double)(end - from)))
+            return qni_fail(error, QN_ERROR_CANCELLED, "sampling was cancelled");
+        const int64_t last = end - first < round ? end : first + round;
+        int64_t evaluations = 0, multiple = 0, mended = 0;
+        int worst = QN_OK;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) \
+    reduction(+ : evaluations, multiple, mended) reduction(max : worst)
+        for (int64_t i = first; i < last; ++i) {
+            qni_sampling sampling = {hermite, QN_OK, 0, 0, 0};
+            const int status = (int)qni_sample_block(&sampling, &hermite->blocks[i]);
+            worst = status > worst ? status : worst;
+            evaluations += sampling.evaluations;
+            multiple += sampling.multiple_edges;
+            mended += sampling.mended_edges;
+        }
+        if (worst == QN_ERROR_OUT_OF_MEMORY)
+            return qni_fail_memory(error, "Hermite data");
+        if (worst == QN_ERROR_CANCELLED)
+            return qni_fail(error, QN_ERROR_CANCELLED, "a callback of the solid asked to stop");
+        if (worst != QN_OK)
+            return qni_fail(error, (qn_status)worst, "the solid could not be evaluated");
+        hermite->evaluations += evaluations;
+        hermite->multiple_edges += multiple;
+        hermite->mended_edges += mended;
+    }
+    return QN_OK;
+}
+
+static int compare_blocks(const void *a, const void *b) {
+    const int32_t *p = ((const qni_hermite_block *)a)->place,
+                  *q = ((const qni_hermite_block *)b)->place;
+    for (int k = 2; k >= 0; --k)
+        if (p[k] != q[k])
+            return p[k] < q[k] ? -1 : 1;
+    return 0;
+}
+
+/* Order and number the blocks, so that how they were found no longer matters. */
+static qn_status settle(qni_hermite *hermite, qn_error *error) {
+    if (hermite->block_count == 0)
+        return QN_OK;
+    qsort(hermite->blocks, (size_t)hermite->block_count, sizeof *hermite->blocks, compare_blocks);
+    if (!rebuild_table(hermite, hermite->table_size))
+        return qni_fail_memory(error, "Hermite data");
+    for (int64_t i = 0; i < hermite->block_count; ++i) {
+        hermite->blocks[i].base = hermite->crossing_count;
+        hermite->crossing_count += hermite->blocks[i].crossing_count;
+    }
+    hermite->crossings =
+        qni_alloc(hermite->context, hermite->crossing_count, sizeof *hermite->crossings);
+    if (!hermite->crossings)
+        return qni_fail_memory(error, "Hermite data");
+    for (int64_t i = 0; i < hermite->block_count; ++i) {
+        qni_hermite_block *block = &hermite->blocks[i];
+        qni_hermite_crossing *to = hermite->crossings + block->base;
+        if (block->crossing_count)
+            memcpy(to, block->crossings, sizeof *to * (size_t)block->crossing_count);
+        qni_free(hermite->context, block->crossings, block->crossing_count, sizeof *to);
+        block->crossings = to;
+    }
+    return QN_OK;
+}
+
+static qn_status fill(qni_hermite *hermite, qn_error *error) {
+    QN_TRY(qni_discover(hermite, error));
+    int64_t done = 0;
+    while (done < hermite->block_count) {
+        const int64_t end = hermite->block_count;
+        QN_TRY(sample_blocks(hermite, done, 1, error));
+        for (int64_t i = done; i < end; ++i)
+            if (hermite->blocks[i].crossing_count && !enter_missing_neighbors(hermite, i))
+                return qni_fail_memory(error, "Hermite data");
+        done = end;
+    }
+    return settle(hermite, error);
+}
+
+qn_status qni_hermite_create(qn_context *context, const qn_solid *solid, const qni_lattice *lattice,
+                             qni_hermite *hermite, qn_error *error) {
+    const qni_hermite empty = {.context = context, .solid = solid, .lattice = *lattice};
+    *hermite = empty;
+    const qn_status status = fill(hermite, error);
+    if (status != QN_OK)
+        qni_hermite_destroy(hermite);
+    return status;
+}

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+/* Hermite blocks: signs and crossings on the finest lattice, only where the surface is. */
+#ifndef QNI_HERMITE_HERMITE_H
+#define QNI_HERMITE_HERMITE_H
+
+#include "hermite/lattice.h"
+
+enum {
+    QNI_BLOCK = 8, /* cells along an edge of a block */
+    QNI_BLOCK_CORNERS = 9 * 9 * 9,
+    QNI_BLOCK_EDGES =
+        3 * 512, /* an edge belongs to the block of its lower end: 512 axis + 64 z + 8 y + x */
+    QNI_EDGE_CAPACITY = 16 /* crossings of one finest edge that are kept */
+};
+
+/* Where a finest edge meets the surface. */
+typedef struct qni_hermite_crossing {
+    double at;        /* world coordinate along the edge's axis */
+    double normal[3]; /* unit length, out of the solid */
+    float
+        place[3]; /* as it is written: strictly between the edge's ends, ascending along the edge */
+    int32_t owner;
+    uint8_t axis;
+    bool enters; /* towards larger coordinates one comes into the solid */
+} qni_hermite_crossing;
+
+typedef struct qni_hermite_block {
+    int32_t place[3];     /* in blocks */
+    bool multiple;        /* some edge is crossed more than once */
+    bool straddles;       /* some of its cells lie across the bounds */
+    uint64_t inside[12];  /* 729 signs: 81 z + 9 y + x */
+    uint64_t crossed[24]; /* edges with crossings */
+    uint16_t rank[24];    /* crossed edges in lower words */
+    int32_t crossing_count, edge_count;
+    uint16_t *starts;                /* [edge_count + 1] into crossings */
+    qni_hermite_crossing *crossings; /* in the whole's, once that is settled */
+    int64_t base;                    /* number of the first crossing in the whole */
+} qni_hermite_block;
+
+typedef struct qni_hermite {
+    qn_context *context;
+    const qn_solid *solid;
+    qni_lattice lattice;
+    qni_hermite_block *blocks; /* ascending z, y, x */
+    int64_t block_count, block_capacity;
+    int32_t *table;                  /* open addressing: block index + 1, 0 for free */
+    int64_t table_size;              /* a power of two */
+    qni_hermite_crossing *crossings; /* of all blocks, in their order */
+    int64_t crossing_count;
+    int64_t evaluations, multiple_edges, mended_edges;
+} qni_hermite;
+
+/* Crossings of one finest edge. */
+typedef struct qni_edge_crossings {
+    const qni_hermite_crossing *items;
+    int64_t first; /* the number of items[0] in the whole */
+    int32_t count;
+} qni_edge_crossings;
+
+/* Find, sample and number the blocks. On failure nothing is held. */
+qn_status qni_hermite_create(qn_context *context, const qn_solid *solid, const qni_lattice *lattice,
+                             qni_hermite *hermite, qn_error *error);
+void qni_hermite_destroy(qni_hermite *hermite);
+
+/* The index of the block at a place (in blocks), or -1. */
+int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z);
+/* The crossings of the finest edge that starts at a lattice point. */
+qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
+/* The sign at a lattice point: inside, outside, or -1 where no block is. */
+int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]);
+
+/* ---- between the files of this folder -----------------------------------------------------------
+ */
+
+typedef struct qni_sampling {
+    qni_hermite *hermite;
+    qn_status status;
+    int64_t evaluations, multiple_edges, mended_edges;
+} qni_sampling;
+
+/* Sample one block: signs, then crossings of its edges (edges.c). */
+qn_status qni_sample_block(qni_sampling *sampling, qni_hermite_block *block);
+/* Places of blocks that may hold surface, by the solid's bounds (discover.c). */
+qn_status qni_discover(qni_hermite *hermite, qn_error *error);
+/* Enter a block that is not there yet; false when memory ran out. */
+bool qni_hermite_enter(qni_hermite *hermite, const int32_t place[3]);
+
+static inline void qni_crossing_position(const qni_hermite_crossing *crossing, double position[3]) {
+    for (int k = 0; k < 3; ++k)
+        position[k] = (double)crossing->place[k];
+    position[crossing->axis] = crossing->at;
+}
+
+static inline bool qni_bit(const uint64_t *words, int index) {
+    return words[index >> 6] >> (index & 63) & 1;
+}
+
+#endif
