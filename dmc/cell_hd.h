@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The polygons of one cell: its case, the choices on its ambiguous faces, and the table entry both lead to. */
+/* The polygons of one cell: its case, the choices on its ambiguous faces, and the table entry both
+ * lead to. */
 #ifndef QNI_DMC_CELL_HD_H
 #define QNI_DMC_CELL_HD_H
 
@@ -25,7 +26,8 @@ QN_HD static inline qni_cell_choice qni_cell_resolve(const double d[8], int case
             continue;
         const double v0 = d[qni_face_corner(face, 0)], v1 = d[qni_face_corner(face, 1)];
         const double v2 = d[qni_face_corner(face, 2)], v3 = d[qni_face_corner(face, 3)];
-        const int sign = v0 >= 0 ? qni_face_saddle_sign(v0, v2, v1, v3) : qni_face_saddle_sign(v1, v3, v0, v2);
+        const int sign =
+            v0 >= 0 ? qni_face_saddle_sign(v0, v2, v1, v3) : qni_face_saddle_sign(v1, v3, v0, v2);
         packed |= qni_face_joins_above(sign) << count++;
         choice.tied_faces |= (sign == 0) << face;
     }
@@ -55,7 +57,8 @@ QN_HD static inline unsigned qni_entry_edges(int entry, int polygon) {
 
 /* True for cases that always make exactly one polygon: no look at the values is needed. */
 QN_HD_INLINE int qni_case_is_simple(int case_index) {
-    return qni_case_ambiguous_faces(case_index) == 0 && qni_entry_polygons(qni_case_offset(case_index)) == 1;
+    return qni_case_ambiguous_faces(case_index) == 0 &&
+           qni_entry_polygons(qni_case_offset(case_index)) == 1;
 }
 
 #endif

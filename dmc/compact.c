@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Packs a mesh whose gone vertices and quads are marked, in place and in order: count, scan, move. A new number is that of the
- * run of 256 plus one byte, which takes the mark's place, so that the tables stay in the cache. */
+/* Packs a mesh whose gone vertices and quads are marked, in place and in order: count, scan, move.
+ * A new number is that of the run of 256 plus one byte, which takes the mark's place, so that the
+ * tables stay in the cache. */
 #include "dmc/simplify.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -95,7 +96,8 @@ static int64_t pack_quads(const packing *p, int64_t from, int64_t end, int64_t t
 
 static void move_items(void *items, int64_t from, int64_t count, int64_t to, size_t size) {
     if (items && from != to)
-        memmove((char *)items + (size_t)to * size, (char *)items + (size_t)from * size, (size_t)count * size);
+        memmove((char *)items + (size_t)to * size, (char *)items + (size_t)from * size,
+                (size_t)count * size);
 }
 
 /* Each thread packs its part to the part's own start; then the parts close up. */
@@ -108,9 +110,12 @@ static void pack_parts(const packing *p, int32_t parts) {
         pack_quads(p, q, mesh->quad_count * (part + 1) / parts, q);
     }
     for (int32_t part = 1; part < parts; ++part) {
-        const int64_t v = mesh->vertex_count * part / parts, v_end = mesh->vertex_count * (part + 1) / parts;
-        const int64_t q = mesh->quad_count * part / parts, q_end = mesh->quad_count * (part + 1) / parts;
-        const int64_t to_v = new_number(&p->vertices, (uint32_t)v), to_q = new_number(&p->quads, (uint32_t)q);
+        const int64_t v = mesh->vertex_count * part / parts,
+                      v_end = mesh->vertex_count * (part + 1) / parts;
+        const int64_t q = mesh->quad_count * part / parts,
+                      q_end = mesh->quad_count * (part + 1) / parts;
+        const int64_t to_v = new_number(&p->vertices, (uint32_t)v),
+                      to_q = new_number(&p->quads, (uint32_t)q);
         const int64_t vertices = new_number(&p->vertices, (uint32_t)v_end) - to_v;
         const int64_t quads = new_number(&p->quads, (uint32_t)q_end) - to_q;
         move_items(mesh->positions, v, vertices, to_v, 3 * sizeof(float));
@@ -121,8 +126,8 @@ static void pack_parts(const packing *p, int32_t parts) {
     }
 }
 
-qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, uint8_t *vertex_marks, uint8_t *quad_marks,
-                           qn_error *error) {
+qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, uint8_t *vertex_marks,
+                           uint8_t *quad_marks, qn_error *error) {
     packing p = {.mesh = mesh};
     if (!number_anew(context, vertex_marks, mesh->vertex_count, &p.vertices) ||
         !number_anew(context, quad_marks, mesh->quad_count, &p.quads)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Pass 1 of DMC: which leaves and cells carry surface, how many vertices and quads each will give. Only ambiguous
- * cells look at sample values here; all else is bit work on the signs. */
+/* Pass 1 of DMC: which leaves and cells carry surface, how many vertices and quads each will give.
+ * Only ambiguous cells look at sample values here; all else is bit work on the signs. */
 #include "dmc/dmc.h"
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
@@ -27,7 +27,8 @@ typedef struct worker {
     bool with_tunnels, failed;
 } worker;
 
-static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted, size_t size) {
+static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted,
+                    size_t size) {
     if (wanted <= *capacity)
         return true;
     void *grown = qni_realloc(context, *items, *capacity, 2 * wanted, size);
@@ -42,23 +43,30 @@ static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_
 static bool reserve_leaf(qn_context *context, worker *w) {
     enum { CELLS = QNI_LEAF * QNI_LEAF * QNI_LEAF };
     void *multis = w->multis, *doubled = w->doubled, *tunnels = w->tunnels;
-    const bool good = reserve(context, &multis, &w->multi_capacity, w->multi_count + CELLS, sizeof *w->multis) &&
-                      reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS, sizeof *w->doubled) &&
-                      reserve(context, &tunnels, &w->tunnel_capacity, w->tunnel_count + CELLS, sizeof *w->tunnels);
+    const bool good =
+        reserve(context, &multis, &w->multi_capacity, w->multi_count + CELLS, sizeof *w->multis) &&
+        reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS,
+                sizeof *w->doubled) &&
+        reserve(context, &tunnels, &w->tunnel_capacity, w->tunnel_count + CELLS,
+                sizeof *w->tunnels);
     w->multis = multis;
     w->doubled = doubled;
     w->tunnels = tunnels;
     return good;
 }
 
-static void find_doubled(const qni_field *field, const int64_t at[3], int ambiguous_faces, int entry, worker *w) {
+static void find_doubled(const qni_field *field, const int64_t at[3], int ambiguous_faces,
+                         int entry, worker *w) {
     for (int axis = 0; axis < 3; ++axis)
         if (ambiguous_faces >> (2 * axis) & 1)
-            w->doubled_count += qni_face_is_doubled(field, at, axis, entry, w->doubled + w->doubled_count);
+            w->doubled_count +=
+                qni_face_is_doubled(field, at, axis, entry, w->doubled + w->doubled_count);
 }
 
-/* Tunnels between polygons that have all their quads can be restored; an open surface's rim is left as it is. */
-static void note_tunnel(const qni_field *field, const double d[8], const int64_t at[3], int entry, worker *w) {
+/* Tunnels between polygons that have all their quads can be restored; an open surface's rim is left
+ * as it is. */
+static void note_tunnel(const qni_field *field, const double d[8], const int64_t at[3], int entry,
+                        worker *w) {
     qni_tunnel tunnel = {{0}, 0, {0}};
     if (!qni_find_tunnel(d, entry, &tunnel))
         return;
@@ -75,7 +83,8 @@ static void note_tunnel(const qni_field *field, const double d[8], const int64_t
 }
 
 /* A cell whose polygons are not known from its signs alone. */
-static int resolve_cell(const qni_field *field, const int64_t at[3], int case_index, worker *w, int *entry) {
+static int resolve_cell(const qni_field *field, const int64_t at[3], int case_index, worker *w,
+                        int *entry) {
     double d[8];
     for (int c = 0; c < 8; ++c)
         d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
@@ -83,7 +92,8 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
         *entry = qni_case_offset(case_index);
     } else {
         qni_cell_choice choice = qni_cell_resolve(d, case_index);
-        int own = 1 << 0 | 1 << 2 | 1 << 4; /* faces are counted by the cell above them, or by the last cell */
+        int own = 1 << 0 | 1 << 2 |
+                  1 << 4; /* faces are counted by the cell above them, or by the last cell */
         for (int a = 0; a < 3; ++a)
             own |= (at[a] == field->cells[a] - 1) << (2 * a + 1);
         w->tally.ambiguous_faces += __builtin_popcount((unsigned)(choice.ambiguous_faces & own));
@@ -97,8 +107,9 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
 }
 
 /* The multiple cells of one slice; returns the vertices they add beyond one each. */
-static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9], const int64_t leaf_at[3],
-                              int z, uint64_t active, int extra, worker *w) {
+static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9],
+                              const int64_t leaf_at[3], int z, uint64_t active, int extra,
+                              worker *w) {
     for (uint64_t rest = active; rest; rest &= rest - 1) {
         int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3, entry;
         int case_index = qni_case_of_cell(signs, x, y, z);
@@ -116,7 +127,8 @@ static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9]
 }
 
 /* Quads are numbered by axis, then slice. `out` may be NULL when only their number is wanted. */
-static int count_quads(const qni_leaf_masks *masks, const qni_leaf_extent *extent, qni_leaf_quads *out) {
+static int count_quads(const qni_leaf_masks *masks, const qni_leaf_extent *extent,
+                       qni_leaf_quads *out) {
     int quads = 0;
     for (int axis = 0; axis < 3; ++axis)
         for (int z = 0; z < QNI_LEAF; ++z) {
@@ -135,7 +147,8 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t ba
     uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];
     qni_leaf_masks masks;
     const qni_leaf_extent extent = qni_leaf_extent_of(field, leaf);
-    const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF, (int64_t)leaf[2] * QNI_LEAF};
+    const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF,
+                           (int64_t)leaf[2] * QNI_LEAF};
     qni_scan_leaf(&w->scan, band_row, leaf[0], signs);
     qni_leaf_masks_init(signs, &masks);
     out->x = leaf[0];
@@ -151,7 +164,8 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t ba
     }
     out->multi_count = (uint16_t)(w->multi_count - out->multi_base);
     row->vertex_count += cells + extra;
-    row->quad_count += count_quads(&masks, &extent, row->quads ? row->quads + (out - row->leaves) : NULL);
+    row->quad_count +=
+        count_quads(&masks, &extent, row->quads ? row->quads + (out - row->leaves) : NULL);
     w->tally.active_cells += cells;
     w->tally.multiple_cells += out->multi_count;
 }
@@ -248,9 +262,12 @@ static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
     for (int32_t t = 0; workers && t < threads; ++t) {
         if (workers[t].scan.bits)
             qni_scan_destroy(dmc->context, &dmc->field, &workers[t].scan);
-        qni_free(dmc->context, workers[t].multis, workers[t].multi_capacity, sizeof *workers[t].multis);
-        qni_free(dmc->context, workers[t].doubled, workers[t].doubled_capacity, sizeof *workers[t].doubled);
-        qni_free(dmc->context, workers[t].tunnels, workers[t].tunnel_capacity, sizeof *workers[t].tunnels);
+        qni_free(dmc->context, workers[t].multis, workers[t].multi_capacity,
+                 sizeof *workers[t].multis);
+        qni_free(dmc->context, workers[t].doubled, workers[t].doubled_capacity,
+                 sizeof *workers[t].doubled);
+        qni_free(dmc->context, workers[t].tunnels, workers[t].tunnel_capacity,
+                 sizeof *workers[t].tunnels);
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
 }
@@ -294,7 +311,8 @@ static qn_status count_bands(qni_dmc *dmc, worker *workers, int32_t threads, qn_
 }
 
 static void assign_bases(qni_dmc *dmc) {
-    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = dmc->doubled_count = dmc->tunnel_count = 0;
+    dmc->vertex_count = dmc->quad_count = dmc->leaf_count = dmc->doubled_count = dmc->tunnel_count =
+        0;
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         qni_dmc_row *row = dmc->rows + r;
         row->vertex_base = dmc->vertex_count;
@@ -328,7 +346,8 @@ qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error) {
     if (status != QN_OK)
         return status;
     if (met_nonfinite) {
-        /* Only now is it known that the rule for non-finite samples is needed: measure, and begin again. */
+        /* Only now is it known that the rule for non-finite samples is needed: measure, and begin
+         * again. */
         qni_dmc_free_rows(dmc);
         qni_field_measure_nonfinite(dmc->context, &dmc->field);
         return qni_dmc_count(dmc, error);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Dual Marching Cubes for one iso-value: count, allocate exactly, emit ([DMC21] section 3; order: docs/architecture.md). */
+/* Dual Marching Cubes for one iso-value: count, allocate exactly, emit ([DMC21] section 3; order:
+ * docs/architecture.md). */
 #include "dmc/dmc.h"
 #include "dmc/repair.h"
 #include "core/context.h"
@@ -9,7 +10,8 @@
 #include <string.h>
 
 void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes) {
-    const int64_t beside = qn_context_memory(dmc->context).current_bytes - dmc->held_before - mesh_bytes;
+    const int64_t beside =
+        qn_context_memory(dmc->context).current_bytes - dmc->held_before - mesh_bytes;
     dmc->scratch_bytes = beside > dmc->scratch_bytes ? beside : dmc->scratch_bytes;
 }
 
@@ -45,7 +47,8 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
     report->restored_tunnels = dmc->tunnel_count;
     report->slice_points = tally->slice_points;
     report->degenerate_points = tally->degenerate_points;
-    report->fallback_points = tally->fallback_points + (dmc->repair ? dmc->repair->fallback_points : 0);
+    report->fallback_points =
+        tally->fallback_points + (dmc->repair ? dmc->repair->fallback_points : 0);
     report->zero_gradients = tally->zero_gradients;
     report->nan_samples = dmc->field.nan_count;
     report->infinite_samples = dmc->field.infinite_count;
@@ -56,10 +59,12 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
 static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals, qn_mesh **mesh_out,
                            qn_error *error) {
     qn_mesh *mesh;
-    QN_TRY(qni_mesh_alloc(dmc->context, total_vertices(dmc), total_quads(dmc), 0, with_normals, &mesh, error));
+    QN_TRY(qni_mesh_alloc(dmc->context, total_vertices(dmc), total_quads(dmc), 0, with_normals,
+                          &mesh, error));
     memcpy(mesh->space, grid->space, sizeof mesh->space);
     memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
-    qn_status status = dmc->with_halfedges ? qni_mesh_alloc_halfedges(dmc->context, mesh, error) : QN_OK;
+    qn_status status =
+        dmc->with_halfedges ? qni_mesh_alloc_halfedges(dmc->context, mesh, error) : QN_OK;
     if (status == QN_OK)
         status = qni_dmc_emit(dmc, mesh, error);
     if (status != QN_OK) {
@@ -82,12 +87,14 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     qni_dmc dmc = {.context = context, .held_before = qn_context_memory(context).current_bytes};
     const bool with_normals = !options->skip_normals;
     const double start = qni_seconds();
-    dmc.with_halfedges = (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
+    dmc.with_halfedges =
+        (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
     dmc.with_repair = !options->keep_doubled;
     dmc.with_tunnels = options->topology == QN_TOPOLOGY_EXACT;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
-    QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open, &dmc.field, error));
+    QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open,
+                          &dmc.field, error));
     if (needs_measuring(&dmc.field))
         qni_field_measure_nonfinite(context, &dmc.field);
     qn_status status = qni_dmc_count(&dmc, error);

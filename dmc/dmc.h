@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Dual Marching Cubes on uniform 8^3 leaves: count what each leaf will give, then write it in place. */
+/* Dual Marching Cubes on uniform 8^3 leaves: count what each leaf will give, then write it in
+ * place. */
 #ifndef QNI_DMC_DMC_H
 #define QNI_DMC_DMC_H
 
@@ -7,7 +8,8 @@
 #include "mesh/mesh.h"
 #include "volume/field.h"
 
-/* A cell with several polygons: where it is, what it adds, which table entry says how its edges belong together. */
+/* A cell with several polygons: where it is, what it adds, which table entry says how its edges
+ * belong together. */
 typedef struct qni_multi_cell {
     uint16_t cell;         /* x + 8 y + 64 z in its leaf */
     uint16_t extra_before; /* vertices beyond one a cell, of the leaf's multiple cells before it */
@@ -16,14 +18,15 @@ typedef struct qni_multi_cell {
 
 /* A leaf with surface. Bases count from the start of its row of leaves. */
 typedef struct qni_dmc_leaf {
-    uint64_t active[QNI_LEAF];      /* cells with surface, by slice */
+    uint64_t active[QNI_LEAF];       /* cells with surface, by slice */
     uint16_t before_slice[QNI_LEAF]; /* active cells in lower slices */
-    int32_t x;                      /* leaf coordinate in its row */
+    int32_t x;                       /* leaf coordinate in its row */
     uint32_t vertex_base, quad_base, multi_base;
     uint16_t multi_count;
 } qni_dmc_leaf;
 
-/* The inner crossed edges of a leaf by axis and slice, and how many of its quads come before: for halfedges. */
+/* The inner crossed edges of a leaf by axis and slice, and how many of its quads come before: for
+ * halfedges. */
 typedef struct qni_leaf_quads {
     uint64_t mask[3][QNI_LEAF];
     uint16_t before[3][QNI_LEAF];
@@ -69,13 +72,14 @@ typedef struct qni_dmc {
     qni_dmc_row *rows;
     int64_t row_count;
     int64_t vertex_count, quad_count, leaf_count; /* before repair */
-    int64_t doubled_count, tunnel_count; /* of those to be taken apart, and restored */
-    int64_t held_before;   /* bytes the context held when the work began */
-    int64_t scratch_bytes; /* most bytes held beside that and the mesh */
+    int64_t doubled_count, tunnel_count;          /* of those to be taken apart, and restored */
+    int64_t held_before;                          /* bytes the context held when the work began */
+    int64_t scratch_bytes;                        /* most bytes held beside that and the mesh */
     qni_dmc_tally tally;
 } qni_dmc;
 
-/* Pass 1 (count.c): fill rows. Pass 2 (emit.c): write the mesh. Both are parallel over rows of leaves. */
+/* Pass 1 (count.c): fill rows. Pass 2 (emit.c): write the mesh. Both are parallel over rows of
+ * leaves. */
 qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error);
 qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error);
 void qni_dmc_free_rows(qni_dmc *dmc);
@@ -83,31 +87,35 @@ void qni_dmc_free_rows(qni_dmc *dmc);
 int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals);
 void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes);
 
-/* Simplify and relax the finished mesh as the options ask (improve.c); the report's counts follow. Halfedges that the mesh has are
- * kept right; where they are missing they are made, and given up again unless options->halfedges. `colours` are those of the
- * quads' lattice edges, 2 axis + ((x + y + z) & 1); NULL: found from the positions. */
-qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, const qn_surface_options *options,
-                          qn_surface_report *report, qn_error *error);
+/* Simplify and relax the finished mesh as the options ask (improve.c); the report's counts follow.
+ * Halfedges that the mesh has are kept right; where they are missing they are made, and given up
+ * again unless options->halfedges. `colours` are those of the quads' lattice edges, 2 axis + ((x +
+ * y + z) & 1); NULL: found from the positions. */
+qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
+                          const qn_surface_options *options, qn_surface_report *report,
+                          qn_error *error);
 
 /* One iso-value, both passes. `mesh_out` stays NULL with options->count_only. */
 qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,
                           const qn_surface_options *options, qn_mesh **mesh_out,
                           qn_surface_report *report_out, qn_error *error);
 
-/* ---- the inner loops, built for several instruction sets and chosen at run time (kernel_*.c) ----- */
+/* ---- the inner loops, built for several instruction sets and chosen at run time (kernel_*.c)
+ * ----- */
 
 enum { QNI_LANES = 8, QNI_STENCIL = 32 };
 
 /* Vertices of QNI_LANES single-polygon cells at once. */
 typedef struct qni_point_batch {
-    const double *corner[QNI_LANES];        /* the cells' lowest corners in a tile */
-    double cell[3][QNI_LANES];              /* lattice point of the cells' lowest corners */
-    double stencil[QNI_STENCIL][QNI_LANES]; /* out: values at and round the cells' corners, see kernel_body.h */
-    double local[3][QNI_LANES];             /* out: where the vertex is in its cell */
-    double distance[QNI_LANES];             /* out: 2 when no axis line met the surface */
-    float position[3][QNI_LANES];           /* out: world */
-    float normal[3][QNI_LANES];             /* out: unit length */
-    int32_t apart[QNI_LANES];               /* out: no axis line met the surface, or no gradient: look again */
+    const double *corner[QNI_LANES]; /* the cells' lowest corners in a tile */
+    double cell[3][QNI_LANES];       /* lattice point of the cells' lowest corners */
+    double stencil[QNI_STENCIL]
+                  [QNI_LANES];  /* out: values at and round the cells' corners, see kernel_body.h */
+    double local[3][QNI_LANES]; /* out: where the vertex is in its cell */
+    double distance[QNI_LANES]; /* out: 2 when no axis line met the surface */
+    float position[3][QNI_LANES]; /* out: world */
+    float normal[3][QNI_LANES];   /* out: unit length */
+    int32_t apart[QNI_LANES]; /* out: no axis line met the surface, or no gradient: look again */
 } qni_point_batch;
 
 /* Lattice to world for points, and for gradients with the sign that turns them outward. */
@@ -130,8 +138,10 @@ void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]);
 /* Position and normal of one vertex from its cell's stencil and its local place. */
 void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], const double local[3],
                      const qni_frame *frame, float position[3], float normal[3]);
-/* Store it; where central differences cancel, the normal comes from the cell itself, and false is returned. */
+/* Store it; where central differences cancel, the normal comes from the cell itself, and false is
+ * returned. */
 bool qni_store_vertex(qn_mesh *mesh, int64_t vertex, const float position[3], float normal[3],
-                      const double stencil[QNI_STENCIL], const double local[3], const qni_frame *frame);
+                      const double stencil[QNI_STENCIL], const double local[3],
+                      const qni_frame *frame);
 
 #endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Pass 2 of DMC: every leaf writes its vertices and quads to the places that pass 1 counted out. Order of vertices:
- * leaf, cell, polygon; of quads: leaf, axis of the edge, cell. So no thread waits for another, and all give the same. */
+/* Pass 2 of DMC: every leaf writes its vertices and quads to the places that pass 1 counted out.
+ * Order of vertices: leaf, cell, polygon; of quads: leaf, axis of the edge, cell. So no thread
+ * waits for another, and all give the same. */
 #include "dmc/dmc.h"
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
@@ -22,8 +23,9 @@ enum { IDS = QNI_LEAF + 1, NO_ENTRY = 0xffff };
 
 /* Vertices of the cells of a leaf and of its lower neighbours: [z + 1][y + 1][x + 1]. */
 typedef struct leaf_ids {
-    uint32_t first[IDS][IDS][IDS];  /* the cell's first vertex */
-    uint16_t entry[IDS][IDS][IDS];  /* table entry of multiple cells, else NO_ENTRY; valid if `any_multi` */
+    uint32_t first[IDS][IDS][IDS]; /* the cell's first vertex */
+    uint16_t entry[IDS][IDS]
+                  [IDS]; /* table entry of multiple cells, else NO_ENTRY; valid if `any_multi` */
     bool any_multi;
 } leaf_ids;
 
@@ -52,9 +54,10 @@ typedef struct emission {
 
 static const int corner_of_stencil[8] = {1, 2, 5, 6, 9, 10, 13, 14};
 
-/* Where central differences cancel, the trilinear gradient in the cell, or at last the way from its upper to its lower
- * corners, still says which way is out. */
-static void mend_normal(const double d[8], const double local[3], const qni_frame *frame, float normal[3]) {
+/* Where central differences cancel, the trilinear gradient in the cell, or at last the way from its
+ * upper to its lower corners, still says which way is out. */
+static void mend_normal(const double d[8], const double local[3], const qni_frame *frame,
+                        float normal[3]) {
     double g[3], largest = 0;
     for (int attempt = 0; attempt < 2 && largest == 0; ++attempt) {
         for (int a = 0; a < 3; ++a) {
@@ -64,8 +67,9 @@ static void mend_normal(const double d[8], const double local[3], const qni_fram
                 const int c = ((n & 1) << p) | ((n >> 1) << q), e = c | (1 << a);
                 rise[n] = attempt == 0 ? d[e] - d[c] : (double)((d[e] >= 0) - (d[c] >= 0));
             }
-            g[a] = attempt == 0 ? qni_bilinear(rise[0], rise[1], rise[2], rise[3], local[p], local[q])
-                                : ((rise[0] + rise[1]) + (rise[2] + rise[3]));
+            g[a] = attempt == 0
+                       ? qni_bilinear(rise[0], rise[1], rise[2], rise[3], local[p], local[q])
+                       : ((rise[0] + rise[1]) + (rise[2] + rise[3]));
             largest = fmax(largest, fabs(g[a]));
         }
         if (!isfinite(largest))
@@ -92,7 +96,8 @@ static bool is_unit(const float normal[3]) {
 }
 
 bool qni_store_vertex(qn_mesh *mesh, int64_t vertex, const float position[3], float normal[3],
-                      const double stencil[QNI_STENCIL], const double local[3], const qni_frame *frame) {
+                      const double stencil[QNI_STENCIL], const double local[3],
+                      const qni_frame *frame) {
     memcpy(mesh->positions + 3 * vertex, position, 3 * sizeof(float));
     if (!mesh->normals)
         return true;
@@ -108,12 +113,14 @@ bool qni_store_vertex(qn_mesh *mesh, int64_t vertex, const float position[3], fl
 }
 
 static void store_vertex(const emission *job, worker *w, int64_t vertex, const float position[3],
-                         float normal[3], const double stencil[QNI_STENCIL], const double local[3]) {
-    w->tally.zero_gradients += !qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, &job->frame);
+                         float normal[3], const double stencil[QNI_STENCIL],
+                         const double local[3]) {
+    w->tally.zero_gradients +=
+        !qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, &job->frame);
 }
 
-static void emit_polygon(const emission *job, worker *w, const double stencil[QNI_STENCIL], const double cell[3],
-                         unsigned edges, uint64_t next_code, int64_t vertex) {
+static void emit_polygon(const emission *job, worker *w, const double stencil[QNI_STENCIL],
+                         const double cell[3], unsigned edges, uint64_t next_code, int64_t vertex) {
     double d[8];
     float position[3], normal[3];
     for (int c = 0; c < 8; ++c)
@@ -127,8 +134,8 @@ static void emit_polygon(const emission *job, worker *w, const double stencil[QN
 }
 
 /* A single polygon that no axis line met. */
-static void emit_lane_by_slices(const emission *job, worker *w, int lane, const double stencil[QNI_STENCIL],
-                                const double cell[3]) {
+static void emit_lane_by_slices(const emission *job, worker *w, int lane,
+                                const double stencil[QNI_STENCIL], const double cell[3]) {
     double d[8];
     int case_index = 0;
     for (int c = 0; c < 8; ++c) {
@@ -185,7 +192,8 @@ static void flush_batch(const emission *job, worker *w) {
     w->batch_count = 0;
 }
 
-static void queue_single(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y, int z, int64_t vertex) {
+static void queue_single(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y,
+                         int z, int64_t vertex) {
     qni_point_batch *batch = &w->batch;
     const int lane = w->batch_count++;
     batch->corner[lane] = &w->tile[z + 1][y + 1][x + 1];
@@ -197,21 +205,24 @@ static void queue_single(const emission *job, worker *w, const int64_t leaf_at[3
         flush_batch(job, w);
 }
 
-static int emit_multiple(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y, int z, int entry,
-                         int64_t vertex) {
+static int emit_multiple(const emission *job, worker *w, const int64_t leaf_at[3], int x, int y,
+                         int z, int entry, int64_t vertex) {
     double stencil[QNI_STENCIL];
-    const double cell[3] = {(double)(leaf_at[0] + x), (double)(leaf_at[1] + y), (double)(leaf_at[2] + z)};
+    const double cell[3] = {(double)(leaf_at[0] + x), (double)(leaf_at[1] + y),
+                            (double)(leaf_at[2] + z)};
     const int polygons = qni_entry_polygons(entry);
     qni_gather_stencil(&w->tile[z + 1][y + 1][x + 1], stencil);
     for (int n = 0; n < polygons; ++n)
-        emit_polygon(job, w, stencil, cell, qni_entry_edges(entry, n), qni_entry_next_code(entry), vertex + n);
+        emit_polygon(job, w, stencil, cell, qni_entry_edges(entry, n), qni_entry_next_code(entry),
+                     vertex + n);
     return polygons;
 }
 
 /* Writes the leaf's vertices and notes each cell's first one. */
-static void emit_vertices(const emission *job, worker *w, const qni_dmc_row *row, const qni_dmc_leaf *leaf,
-                          const int64_t leaf_at[3]) {
-    const qni_multi_cell *multi = row->multis + leaf->multi_base, *multi_end = multi + leaf->multi_count;
+static void emit_vertices(const emission *job, worker *w, const qni_dmc_row *row,
+                          const qni_dmc_leaf *leaf, const int64_t leaf_at[3]) {
+    const qni_multi_cell *multi = row->multis + leaf->multi_base,
+                         *multi_end = multi + leaf->multi_count;
     int64_t vertex = row->vertex_base + leaf->vertex_base;
     for (int z = 0; z < QNI_LEAF; ++z)
         for (uint64_t rest = leaf->active[z]; rest; rest &= rest - 1) {
@@ -234,9 +245,12 @@ static int count_bits(uint64_t bits) {
     return __builtin_popcountll(bits);
 }
 
-/* The cells of a lower neighbour that touch the leaf, into their places; `shift` is 1 along the axes where it is lower. */
-static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_leaf *leaf, const int shift[3]) {
-    const uint64_t touching = (shift[0] ? qni_columns(7, 8) : ~UINT64_C(0)) & (shift[1] ? qni_rows(7, 8) : ~UINT64_C(0));
+/* The cells of a lower neighbour that touch the leaf, into their places; `shift` is 1 along the
+ * axes where it is lower. */
+static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_leaf *leaf,
+                           const int shift[3]) {
+    const uint64_t touching =
+        (shift[0] ? qni_columns(7, 8) : ~UINT64_C(0)) & (shift[1] ? qni_rows(7, 8) : ~UINT64_C(0));
     const qni_multi_cell *multis = row->multis + leaf->multi_base;
     const uint32_t base = (uint32_t)(row->vertex_base + leaf->vertex_base);
     int next_multi = 0, extra = 0;
@@ -245,18 +259,22 @@ static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_
             const int bit = __builtin_ctzll(rest), cell = bit + 64 * z;
             const int to_x = shift[0] ? 0 : (bit & 7) + 1, to_y = shift[1] ? 0 : (bit >> 3) + 1;
             const int to_z = shift[2] ? 0 : z + 1;
-            const int before = leaf->before_slice[z] + count_bits(leaf->active[z] & ((UINT64_C(1) << bit) - 1));
+            const int before =
+                leaf->before_slice[z] + count_bits(leaf->active[z] & ((UINT64_C(1) << bit) - 1));
             for (; next_multi < leaf->multi_count && multis[next_multi].cell < cell; ++next_multi)
-                extra = multis[next_multi].extra_before + qni_entry_polygons(multis[next_multi].entry) - 1;
+                extra = multis[next_multi].extra_before +
+                        qni_entry_polygons(multis[next_multi].entry) - 1;
             ids->first[to_z][to_y][to_x] = base + (uint32_t)(before + extra);
             if (next_multi < leaf->multi_count && multis[next_multi].cell == cell)
                 ids->entry[to_z][to_y][to_x] = multis[next_multi].entry;
         }
 }
 
-/* The leaves at x and x - 1 of the row at hand and of its three lower neighbours, walked in step. */
+/* The leaves at x and x - 1 of the row at hand and of its three lower neighbours, walked in step.
+ */
 typedef struct neighbour_rows {
-    const qni_dmc_row *row[4]; /* bit 0: one lower in y, bit 1: one lower in z; NULL beyond the lattice */
+    const qni_dmc_row
+        *row[4]; /* bit 0: one lower in y, bit 1: one lower in z; NULL beyond the lattice */
     int32_t at[4];
 } neighbour_rows;
 
@@ -266,7 +284,8 @@ static void find_neighbour_rows(const qni_dmc *dmc, int64_t index, neighbour_row
     for (int n = 0; n < 4; ++n) {
         const bool lower_y = n & 1, lower_z = n >> 1;
         const bool beyond = (lower_y && leaf[0] == 0) || (lower_z && leaf[1] == 0);
-        rows->row[n] = beyond ? NULL : dmc->rows + (index - lower_y - (lower_z ? dmc->field.leaves[1] : 0));
+        rows->row[n] =
+            beyond ? NULL : dmc->rows + (index - lower_y - (lower_z ? dmc->field.leaves[1] : 0));
         rows->at[n] = 0;
     }
 }
@@ -300,8 +319,8 @@ static void note_neighbours(worker *w, neighbour_rows *rows, int32_t x, const qn
 
 /* ---- quads ----------------------------------------------------------------------------------- */
 
-/* The four cells round an edge along each axis, counter-clockwise seen from the edge's end, as places in leaf_ids
- * before the edge's own cell, and the edge's number in each. */
+/* The four cells round an edge along each axis, counter-clockwise seen from the edge's end, as
+ * places in leaf_ids before the edge's own cell, and the edge's number in each. */
 enum { IDS_Y = IDS, IDS_Z = IDS * IDS };
 static const uint8_t ring_back[3][4] = {
     {IDS_Y + IDS_Z, IDS_Z, 0, IDS_Y}, {1 + IDS_Z, 1, 0, IDS_Z}, {1 + IDS_Y, IDS_Y, 0, 1}};
@@ -317,19 +336,23 @@ static void pick_polygons(const leaf_ids *ids, int place, int axis, uint32_t cor
     }
 }
 
-static void emit_quads(const emission *job, worker *w, const qni_leaf_extent *extent, uint32_t *quad) {
+static void emit_quads(const emission *job, worker *w, const qni_leaf_extent *extent,
+                       uint32_t *quad) {
     const uint32_t *first = &w->ids.first[0][0][0];
     const bool any_multi = w->ids.any_multi;
     for (int axis = 0; axis < 3; ++axis) {
-        const int back[4] = {ring_back[axis][0], ring_back[axis][1], ring_back[axis][2], ring_back[axis][3]};
+        const int back[4] = {ring_back[axis][0], ring_back[axis][1], ring_back[axis][2],
+                             ring_back[axis][3]};
         for (int z = 0; z < QNI_LEAF; ++z) {
-            /* Values fall along the axis where the edge starts above: then the outside of an inside above lies ahead. */
+            /* Values fall along the axis where the edge starts above: then the outside of an inside
+             * above lies ahead. */
             const uint64_t forward = job->reverse ? ~w->masks.corner[0][z] : w->masks.corner[0][z];
-            for (uint64_t rest = qni_quads_of_slice(&w->masks, extent, axis, z); rest; rest &= rest - 1) {
+            for (uint64_t rest = qni_quads_of_slice(&w->masks, extent, axis, z); rest;
+                 rest &= rest - 1) {
                 const int bit = __builtin_ctzll(rest);
                 const int place = (z + 1) * IDS_Z + ((bit >> 3) + 1) * IDS_Y + (bit & 7) + 1;
-                uint32_t corner[4] = {first[place - back[0]], first[place - back[1]], first[place - back[2]],
-                                      first[place - back[3]]};
+                uint32_t corner[4] = {first[place - back[0]], first[place - back[1]],
+                                      first[place - back[2]], first[place - back[3]]};
                 if (any_multi)
                     pick_polygons(&w->ids, place, axis, corner);
                 const int turn = (int)(forward >> bit & 1);
@@ -353,7 +376,8 @@ static void signs_of_tile(worker *w) {
 #ifdef __SSE2__
             const __m128d zero = _mm_setzero_pd();
             for (int n = 0; n < 4; ++n)
-                bits |= (unsigned)_mm_movemask_pd(_mm_cmpge_pd(_mm_loadu_pd(row + 2 * n), zero)) << (2 * n);
+                bits |= (unsigned)_mm_movemask_pd(_mm_cmpge_pd(_mm_loadu_pd(row + 2 * n), zero))
+                        << (2 * n);
             bits |= (unsigned)(row[8] >= 0) << 8;
 #else
             for (int n = 0; n < QNI_LEAF_SAMPLES; ++n)
@@ -363,8 +387,9 @@ static void signs_of_tile(worker *w) {
         }
 }
 
-static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row, const qni_dmc_leaf *own,
-                      const qni_leaf_extent *extent, qni_upper_rows *upper) {
+static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
+                      const qni_dmc_leaf *own, const qni_leaf_extent *extent,
+                      qni_upper_rows *upper) {
     const qni_link_leaf link = {
         .tile = (const double(*)[QNI_TILE][QNI_TILE])w->tile,
         .signs = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs,
@@ -378,15 +403,17 @@ static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row, co
     qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges);
 }
 
-/* Tell the repair where the quads are that it will split: those of the leaf at x, from split `from` on. */
-static int64_t note_splits(const qni_dmc *dmc, const worker *w, const qni_leaf_extent *extent, int64_t row, int32_t x,
-                           uint32_t first_quad, int64_t from) {
+/* Tell the repair where the quads are that it will split: those of the leaf at x, from split `from`
+ * on. */
+static int64_t note_splits(const qni_dmc *dmc, const worker *w, const qni_leaf_extent *extent,
+                           int64_t row, int32_t x, uint32_t first_quad, int64_t from) {
     const qni_repair *repair = dmc->repair;
     for (; from < repair->split_count; ++from) {
         qni_quad_split *split = repair->splits + from;
         if (split->row != row || split->point[0] / QNI_LEAF != x)
             break;
-        const int z = split->point[2] % QNI_LEAF, bit = split->point[0] % QNI_LEAF + 8 * (split->point[1] % QNI_LEAF);
+        const int z = split->point[2] % QNI_LEAF,
+                  bit = split->point[0] % QNI_LEAF + 8 * (split->point[1] % QNI_LEAF);
         split->quad = first_quad;
         for (int axis = 0; axis <= split->axis; ++axis)
             for (int s = 0; s < (axis < split->axis ? QNI_LEAF : z); ++s)
@@ -411,7 +438,8 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         const qni_dmc_leaf *own = row->leaves + n;
         leaf[0] = own->x;
         const qni_leaf_extent extent = qni_leaf_extent_of(&dmc->field, leaf);
-        const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF, (int64_t)leaf[2] * QNI_LEAF};
+        const int64_t at[3] = {(int64_t)leaf[0] * QNI_LEAF, (int64_t)leaf[1] * QNI_LEAF,
+                               (int64_t)leaf[2] * QNI_LEAF};
         qni_field_load_tile(&dmc->field, leaf, w->tile);
         if (n + 1 < row->leaf_count) {
             const int32_t next[3] = {own[1].x, leaf[1], leaf[2]};
@@ -424,14 +452,15 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         if (job->mesh->quads)
             emit_quads(job, w, &extent, job->mesh->quads + 4 * (row->quad_base + own->quad_base));
         if (dmc->repair)
-            next_split = note_splits(dmc, w, &extent, index, own->x, (uint32_t)(row->quad_base + own->quad_base),
-                                     next_split);
+            next_split = note_splits(dmc, w, &extent, index, own->x,
+                                     (uint32_t)(row->quad_base + own->quad_base), next_split);
         if (job->mesh->twins)
             link_leaf(job, w, row, own, &extent, &upper);
     }
 }
 
-/* Gradients go to the world by the inverse transpose, with the sign that points out of the solid. */
+/* Gradients go to the world by the inverse transpose, with the sign that points out of the solid.
+ */
 void qni_frame_of_field(const qni_field *field, qni_frame *frame, double *determinant) {
     const double(*m)[4] = (const double(*)[4])field->world;
     memcpy(frame->world, field->world, sizeof frame->world);

@@ -8,8 +8,9 @@
 #include "core/parallel.h"
 #include "core/status.h"
 
-/* A quad's four vertices lie in the cells round its lattice edge: along the edge's axis their cells agree, and the edge starts at
- * the highest. (A vertex that rounding put over a border costs at most a worse colour, and colours only say who goes first.) */
+/* A quad's four vertices lie in the cells round its lattice edge: along the edge's axis their cells
+ * agree, and the edge starts at the highest. (A vertex that rounding put over a border costs at
+ * most a worse colour, and colours only say who goes first.) */
 static uint8_t colour_of(const void *user, const qn_mesh *mesh, int64_t quad) {
     const qni_projector *projector = user;
     int64_t low[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, high[3] = {0, 0, 0};
@@ -17,7 +18,8 @@ static uint8_t colour_of(const void *user, const qn_mesh *mesh, int64_t quad) {
         const float *p = mesh->positions + 3 * (int64_t)mesh->quads[4 * quad + k];
         for (int a = 0; a < 3; ++a) {
             const double *row = projector->lattice[a];
-            const double at = (row[0] * (double)p[0] + row[1] * (double)p[1]) + (row[2] * (double)p[2] + row[3]);
+            const double at =
+                (row[0] * (double)p[0] + row[1] * (double)p[1]) + (row[2] * (double)p[2] + row[3]);
             const int64_t cell = (int64_t)at; /* not negative, but for rounding */
             low[a] = cell < low[a] ? cell : low[a];
             high[a] = cell > high[a] ? cell : high[a];
@@ -27,8 +29,9 @@ static uint8_t colour_of(const void *user, const qn_mesh *mesh, int64_t quad) {
     return (uint8_t)(2 * axis + ((high[0] + high[1] + high[2]) & 1));
 }
 
-static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, const qni_projector *projector,
-                          const qn_surface_options *options, qn_surface_report *report, qn_error *error) {
+static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
+                          const qni_projector *projector, const qn_surface_options *options,
+                          qn_surface_report *report, qn_error *error) {
     const double start = qni_seconds();
     const qni_simplify_options how = {
         .colours = colours,
@@ -49,8 +52,9 @@ static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, c
     return status;
 }
 
-static qn_status relax(qni_dmc *dmc, qn_mesh *mesh, const qni_projector *projector, const qn_surface_options *options,
-                       qn_surface_report *report, qn_error *error) {
+static qn_status relax(qni_dmc *dmc, qn_mesh *mesh, const qni_projector *projector,
+                       const qn_surface_options *options, qn_surface_report *report,
+                       qn_error *error) {
     const qni_slide slide = {projector, qni_project_home, qni_project_in_cell, qni_project_normal};
     qni_relax_report done;
     const qn_status status = qni_relax(dmc->context, mesh, options->relax, &slide, &done, error);
@@ -59,8 +63,9 @@ static qn_status relax(qni_dmc *dmc, qn_mesh *mesh, const qni_projector *project
     return status;
 }
 
-qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours, const qn_surface_options *options,
-                          qn_surface_report *report, qn_error *error) {
+qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
+                          const qn_surface_options *options, qn_surface_report *report,
+                          qn_error *error) {
     if (mesh->quad_count == 0 || !(options->simplify || options->relax > 0))
         return QN_OK;
     qni_projector projector;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-/* The inner loops of emission, included once for each instruction set (kernel_*.c) under another name.
+/* The inner loops of emission, included once for each instruction set (kernel_*.c) under another
+ * name.
  *
- * Stencil order: 0-15 the four rows along x at (y, z) = (0,0) (1,0) (0,1) (1,1), each x = -1, 0, 1, 2;
- * 16-19 y = -1: (x, z) = (0,0) (1,0) (0,1) (1,1); 20-23 y = 2 likewise;
- * 24-27 z = -1: (x, y) = (0,0) (1,0) (0,1) (1,1); 28-31 z = 2 likewise. */
+ * Stencil order: 0-15 the four rows along x at (y, z) = (0,0) (1,0) (0,1) (1,1), each x = -1, 0, 1,
+ * 2; 16-19 y = -1: (x, z) = (0,0) (1,0) (0,1) (1,1); 20-23 y = 2 likewise; 24-27 z = -1: (x, y) =
+ * (0,0) (1,0) (0,1) (1,1); 28-31 z = 2 likewise. */
 #include "dmc/dmc.h"
 #include "dmc/vertex_hd.h"
 
@@ -16,12 +17,13 @@
 /* Where the stencil's rows of four and pairs start, from the cell's lowest corner in the tile. */
 enum { STEP_Y = QNI_TILE, STEP_Z = QNI_TILE * QNI_TILE };
 static const int row_start[4] = {-1, STEP_Y - 1, STEP_Z - 1, STEP_Y + STEP_Z - 1};
-static const int pair_start[8] = {-STEP_Y,    STEP_Z - STEP_Y, 2 * STEP_Y, 2 * STEP_Y + STEP_Z,
-                                  -STEP_Z,    STEP_Y - STEP_Z, 2 * STEP_Z, 2 * STEP_Z + STEP_Y};
+static const int pair_start[8] = {-STEP_Y, STEP_Z - STEP_Y, 2 * STEP_Y, 2 * STEP_Y + STEP_Z,
+                                  -STEP_Z, STEP_Y - STEP_Z, 2 * STEP_Z, 2 * STEP_Z + STEP_Y};
 
 #ifdef __AVX2__
 /* Four lanes at once: loads along x, turned so that each stencil value lies across the lanes. */
-static inline void gather_four(const double *const *corner, double (*stencil)[QNI_LANES], int lane) {
+static inline void gather_four(const double *const *corner, double (*stencil)[QNI_LANES],
+                               int lane) {
     for (int r = 0; r < 4; ++r) {
         const __m256d a = _mm256_loadu_pd(corner[lane] + row_start[r]);
         const __m256d b = _mm256_loadu_pd(corner[lane + 1] + row_start[r]);
@@ -35,10 +37,12 @@ static inline void gather_four(const double *const *corner, double (*stencil)[QN
         _mm256_storeu_pd(&stencil[4 * r + 3][lane], _mm256_permute2f128_pd(ab_odd, cd_odd, 0x31));
     }
     for (int r = 0; r < 8; ++r) {
-        const __m256d ac = _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(corner[lane] + pair_start[r])),
-                                                _mm_loadu_pd(corner[lane + 2] + pair_start[r]), 1);
-        const __m256d bd = _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(corner[lane + 1] + pair_start[r])),
-                                                _mm_loadu_pd(corner[lane + 3] + pair_start[r]), 1);
+        const __m256d ac =
+            _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(corner[lane] + pair_start[r])),
+                                 _mm_loadu_pd(corner[lane + 2] + pair_start[r]), 1);
+        const __m256d bd = _mm256_insertf128_pd(
+            _mm256_castpd128_pd256(_mm_loadu_pd(corner[lane + 1] + pair_start[r])),
+            _mm_loadu_pd(corner[lane + 3] + pair_start[r]), 1);
         _mm256_storeu_pd(&stencil[16 + 2 * r][lane], _mm256_unpacklo_pd(ac, bd));
         _mm256_storeu_pd(&stencil[17 + 2 * r][lane], _mm256_unpackhi_pd(ac, bd));
     }
@@ -63,18 +67,22 @@ typedef struct placed {
     float px, py, pz, nx, ny, nz;
 } placed;
 
-/* World position of the local point (u, v, w) and the unit normal there. `s(n)` is stencil value n. */
+/* World position of the local point (u, v, w) and the unit normal there. `s(n)` is stencil value n.
+ */
 #define PLACE(s, cx, cy, cz, u, v, w, frame, result)                                               \
     do {                                                                                           \
-        const double gx = qni_central_gradient(                                                    \
-            qni_bilinear(s(0), s(4), s(8), s(12), v, w), qni_bilinear(s(1), s(5), s(9), s(13), v, w), \
-            qni_bilinear(s(2), s(6), s(10), s(14), v, w), qni_bilinear(s(3), s(7), s(11), s(15), v, w), u); \
-        const double gy = qni_central_gradient(                                                    \
-            qni_bilinear(s(16), s(17), s(18), s(19), u, w), qni_bilinear(s(1), s(2), s(9), s(10), u, w), \
-            qni_bilinear(s(5), s(6), s(13), s(14), u, w), qni_bilinear(s(20), s(21), s(22), s(23), u, w), v); \
-        const double gz = qni_central_gradient(                                                    \
-            qni_bilinear(s(24), s(25), s(26), s(27), u, v), qni_bilinear(s(1), s(2), s(5), s(6), u, v), \
-            qni_bilinear(s(9), s(10), s(13), s(14), u, v), qni_bilinear(s(28), s(29), s(30), s(31), u, v), w); \
+        const double gx = qni_central_gradient(qni_bilinear(s(0), s(4), s(8), s(12), v, w),        \
+                                               qni_bilinear(s(1), s(5), s(9), s(13), v, w),        \
+                                               qni_bilinear(s(2), s(6), s(10), s(14), v, w),       \
+                                               qni_bilinear(s(3), s(7), s(11), s(15), v, w), u);   \
+        const double gy = qni_central_gradient(qni_bilinear(s(16), s(17), s(18), s(19), u, w),     \
+                                               qni_bilinear(s(1), s(2), s(9), s(10), u, w),        \
+                                               qni_bilinear(s(5), s(6), s(13), s(14), u, w),       \
+                                               qni_bilinear(s(20), s(21), s(22), s(23), u, w), v); \
+        const double gz = qni_central_gradient(qni_bilinear(s(24), s(25), s(26), s(27), u, v),     \
+                                               qni_bilinear(s(1), s(2), s(5), s(6), u, v),         \
+                                               qni_bilinear(s(9), s(10), s(13), s(14), u, v),      \
+                                               qni_bilinear(s(28), s(29), s(30), s(31), u, v), w); \
         const double x = (cx) + (u), y = (cy) + (v), z = (cz) + (w);                               \
         const double(*m)[4] = (frame)->world;                                                      \
         const double(*q)[3] = (frame)->normal;                                                     \
@@ -97,7 +105,8 @@ void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame) {
 #pragma omp simd
     for (int l = 0; l < QNI_LANES; ++l) {
 #define S(n) batch->stencil[n][l]
-        const qni_axis_point at = qni_point_of_one(S(1), S(2), S(5), S(6), S(9), S(10), S(13), S(14));
+        const qni_axis_point at =
+            qni_point_of_one(S(1), S(2), S(5), S(6), S(9), S(10), S(13), S(14));
         batch->local[0][l] = at.x;
         batch->local[1][l] = at.y;
         batch->local[2][l] = at.z;
@@ -114,7 +123,8 @@ void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame) {
         batch->normal[0][l] = result.nx;
         batch->normal[1][l] = result.ny;
         batch->normal[2][l] = result.nz;
-        const float squares = (result.nx * result.nx + result.ny * result.ny) + result.nz * result.nz;
+        const float squares =
+            (result.nx * result.nx + result.ny * result.ny) + result.nz * result.nz;
         batch->apart[l] = batch->distance[l] >= 2 || !(squares > 0.99f && squares < 1.01f);
 #undef S
     }

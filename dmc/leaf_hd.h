@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* One leaf of 8^3 cells as 64-bit masks: bit x + 8 y of slice z. Everything about which cells and edges carry surface
- * comes from these. */
+/* One leaf of 8^3 cells as 64-bit masks: bit x + 8 y of slice z. Everything about which cells and
+ * edges carry surface comes from these. */
 #ifndef QNI_DMC_LEAF_HD_H
 #define QNI_DMC_LEAF_HD_H
 
@@ -8,14 +8,15 @@
 
 #include <stdint.h>
 
-/* corner[c][z]: the sign of corner c (x + 2 y) of each cell's lower square in slice z; slice 8 closes slice 7. */
+/* corner[c][z]: the sign of corner c (x + 2 y) of each cell's lower square in slice z; slice 8
+ * closes slice 7. */
 typedef struct qni_leaf_masks {
     uint64_t corner[4][9];
 } qni_leaf_masks;
 
-/* Bits of the cells that exist, and of the edges at the cells' own corner that are inside the lattice (those have four
- * cells round them, hence a quad). All by slice, from how many cells the leaf has along each axis and whether
- * the leaf starts at the lattice's low end. */
+/* Bits of the cells that exist, and of the edges at the cells' own corner that are inside the
+ * lattice (those have four cells round them, hence a quad). All by slice, from how many cells the
+ * leaf has along each axis and whether the leaf starts at the lattice's low end. */
 typedef struct qni_leaf_extent {
     int cells[3];  /* 1 to 8 */
     int at_low[3]; /* 1: the leaf's first cell is the lattice's first */
@@ -46,11 +47,13 @@ QN_HD_INLINE uint64_t qni_rows(int first, int end) {
 }
 
 QN_HD_INLINE uint64_t qni_cells_of_slice(const qni_leaf_extent *extent, int z) {
-    return z < extent->cells[2] ? qni_columns(0, extent->cells[0]) & qni_rows(0, extent->cells[1]) : 0;
+    return z < extent->cells[2] ? qni_columns(0, extent->cells[0]) & qni_rows(0, extent->cells[1])
+                                : 0;
 }
 
 /* Cells of the slice with corners on both sides. */
-QN_HD_INLINE uint64_t qni_active_of_slice(const qni_leaf_masks *masks, const qni_leaf_extent *extent, int z) {
+QN_HD_INLINE uint64_t qni_active_of_slice(const qni_leaf_masks *masks,
+                                          const qni_leaf_extent *extent, int z) {
     uint64_t any = 0, all = ~UINT64_C(0);
     for (int c = 0; c < 4; ++c) {
         any |= masks->corner[c][z] | masks->corner[c][z + 1];
@@ -60,10 +63,12 @@ QN_HD_INLINE uint64_t qni_active_of_slice(const qni_leaf_masks *masks, const qni
 }
 
 /* Crossed inner edges along `axis` from the lowest corner of the slice's cells. */
-QN_HD_INLINE uint64_t qni_quads_of_slice(const qni_leaf_masks *masks, const qni_leaf_extent *extent, int axis,
-                                         int z) {
+QN_HD_INLINE uint64_t qni_quads_of_slice(const qni_leaf_masks *masks, const qni_leaf_extent *extent,
+                                         int axis, int z) {
     const uint64_t here = masks->corner[0][z];
-    const uint64_t there = axis == 0 ? masks->corner[1][z] : axis == 1 ? masks->corner[2][z] : masks->corner[0][z + 1];
+    const uint64_t there = axis == 0   ? masks->corner[1][z]
+                           : axis == 1 ? masks->corner[2][z]
+                                       : masks->corner[0][z + 1];
     uint64_t inner = qni_cells_of_slice(extent, z);
     if (axis != 0 && extent->at_low[0])
         inner &= qni_columns(1, 8);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Back onto the trilinear surface. Along an axis the interpolant of a cell is linear, so one division finds its zero. */
+/* Back onto the trilinear surface. Along an axis the interpolant of a cell is linear, so one
+ * division finds its zero. */
 #include "dmc/project.h"
 #include "dmc/cell_hd.h"
 #include "dmc/vertex_hd.h"
@@ -19,7 +20,8 @@ void qni_projector_init(const qni_field *field, qni_projector *projector) {
         const int r1 = (r + 1) % 3, r2 = (r + 2) % 3;
         for (int c = 0; c < 3; ++c) {
             const int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-            projector->lattice[c][r] = (m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]) / determinant;
+            projector->lattice[c][r] =
+                (m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]) / determinant;
         }
     }
     for (int a = 0; a < 3; ++a) {
@@ -31,7 +33,8 @@ void qni_projector_init(const qni_field *field, qni_projector *projector) {
 static void to_lattice(const qni_projector *projector, const float world[3], double at[3]) {
     for (int a = 0; a < 3; ++a) {
         const double *row = projector->lattice[a];
-        at[a] = (row[0] * (double)world[0] + row[1] * (double)world[1]) + (row[2] * (double)world[2] + row[3]);
+        at[a] = (row[0] * (double)world[0] + row[1] * (double)world[1]) +
+                (row[2] * (double)world[2] + row[3]);
     }
 }
 
@@ -50,11 +53,13 @@ static void cell_of(const qni_field *field, const double at[3], int64_t cell[3])
 }
 
 /* Where the slope of the values has to point along each axis for the normal to leave the solid. */
-static void slope_of_normal(const qni_projector *projector, const float normal[3], double slope[3]) {
+static void slope_of_normal(const qni_projector *projector, const float normal[3],
+                            double slope[3]) {
     const qni_field *field = projector->field;
     for (int a = 0; a < 3; ++a) {
-        const double sum = (field->world[0][a] * (double)normal[0] + field->world[1][a] * (double)normal[1]) +
-                           field->world[2][a] * (double)normal[2];
+        const double sum =
+            (field->world[0][a] * (double)normal[0] + field->world[1][a] * (double)normal[1]) +
+            field->world[2][a] * (double)normal[2];
         slope[a] = field->inside_below ? sum : -sum;
     }
 }
@@ -86,21 +91,24 @@ static void line_ends(const double d[8], int axis, const double local[3], double
     const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     for (int side = 0; side < 2; ++side) {
         const double *c = d + (side << axis);
-        end[side] = qni_bilinear(c[0], c[1 << p], c[1 << q], c[(1 << p) | (1 << q)], local[p], local[q]);
+        end[side] =
+            qni_bilinear(c[0], c[1 << p], c[1 << q], c[(1 << p) | (1 << q)], local[p], local[q]);
     }
 }
 
 /* The zero between the ends, if they cross it with the slope asked for; else negative. */
 static double crossing_of_line(const double end[2], double slope) {
-    const bool crosses = slope > 0 ? end[0] < 0 && end[1] >= 0 : slope < 0 && end[0] >= 0 && end[1] < 0;
+    const bool crosses =
+        slope > 0 ? end[0] < 0 && end[1] >= 0 : slope < 0 && end[0] >= 0 && end[1] < 0;
     return crosses ? end[0] / (end[0] - end[1]) : -1;
 }
 
 /* Along one axis from `at`, in the cell or the next one towards the zero. */
-static bool project_along(const qni_field *field, const int64_t cell[3], const double d[8], int axis, double slope,
-                          double at[3]) {
+static bool project_along(const qni_field *field, const int64_t cell[3], const double d[8],
+                          int axis, double slope, double at[3]) {
     double end[2], next_values[8];
-    const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1], at[2] - (double)cell[2]};
+    const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1],
+                             at[2] - (double)cell[2]};
     line_ends(d, axis, local, end);
     double zero = crossing_of_line(end, slope);
     int64_t start = cell[axis];
@@ -132,7 +140,8 @@ bool qni_project_near(const void *user, const float normal[3], float position[3]
     qni_field_load_cell(field, cell, d);
     slope_of_normal(projector, normal, slope);
     if (slope[0] == 0 && slope[1] == 0 && slope[2] == 0) {
-        const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1], at[2] - (double)cell[2]};
+        const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1],
+                                 at[2] - (double)cell[2]};
         slope_of_values(d, local, slope);
     }
     sort_axes(slope, order);
@@ -163,7 +172,8 @@ bool qni_project_home(const void *user, const float position[3], int32_t cell_ou
 static void step_back_into_cell(const int32_t cell[3], const double from[3], double to[3]) {
     double share = 1;
     for (int a = 0; a < 3; ++a) {
-        const double low = cell[a] + cell_margin, high = cell[a] + 1 - cell_margin, way = to[a] - from[a];
+        const double low = cell[a] + cell_margin, high = cell[a] + 1 - cell_margin,
+                     way = to[a] - from[a];
         if (to[a] < low && way < 0)
             share = fmin(share, fmax(0, (low - from[a]) / way));
         if (to[a] > high && way > 0)
@@ -173,7 +183,8 @@ static void step_back_into_cell(const int32_t cell[3], const double from[3], dou
         to[a] = from[a] + share * (to[a] - from[a]);
 }
 
-bool qni_project_in_cell(const void *user, const int32_t cell[3], const float from[3], const float normal[3], float position[3]) {
+bool qni_project_in_cell(const void *user, const int32_t cell[3], const float from[3],
+                         const float normal[3], float position[3]) {
     const qni_projector *projector = user;
     double at[3], start[3], d[8], slope[3], end[2];
     int order[3];
@@ -206,13 +217,15 @@ static double value_at(const qni_field *field, int64_t x, int64_t y, int64_t z) 
         int64_t end[3] = {x, y, z}, inner[3] = {x, y, z};
         end[a] = point[a] < 0 ? 0 : field->samples[a] - 1;
         inner[a] = point[a] < 0 ? 1 : field->samples[a] - 2;
-        return 2 * qni_field_value(field, end[0], end[1], end[2]) - qni_field_value(field, inner[0], inner[1], inner[2]);
+        return 2 * qni_field_value(field, end[0], end[1], end[2]) -
+               qni_field_value(field, inner[0], inner[1], inner[2]);
     }
     return qni_field_value(field, x, y, z);
 }
 
 /* In the order of qni_gather_stencil(). */
-static void load_stencil(const qni_field *field, const int32_t cell[3], double stencil[QNI_STENCIL]) {
+static void load_stencil(const qni_field *field, const int32_t cell[3],
+                         double stencil[QNI_STENCIL]) {
     const int64_t x = cell[0], y = cell[1], z = cell[2];
     for (int n = 0; n < 4; ++n) {
         const int first = n & 1, second = n >> 1;
@@ -225,7 +238,8 @@ static void load_stencil(const qni_field *field, const int32_t cell[3], double s
     }
 }
 
-void qni_project_normal(const void *user, const int32_t cell[3], const float position[3], float normal[3]) {
+void qni_project_normal(const void *user, const int32_t cell[3], const float position[3],
+                        float normal[3]) {
     const qni_projector *projector = user;
     double at[3], stencil[QNI_STENCIL];
     float unused[3], found[3];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Ways back onto the trilinear surface of a field, for vertices that simplification made or relaxation moves. */
+/* Ways back onto the trilinear surface of a field, for vertices that simplification made or
+ * relaxation moves. */
 #ifndef QNI_DMC_PROJECT_H
 #define QNI_DMC_PROJECT_H
 
@@ -13,23 +14,29 @@ typedef struct qni_projector {
 
 void qni_projector_init(const qni_field *field, qni_projector *projector);
 
-/* The functions below take a qni_projector as `user`, may be called from any worker, and use + - * / alone.
+/* The functions below take a qni_projector as `user`, may be called from any worker, and use + - *
+ * / alone.
  *
- * Onto the surface from nearby: along the axis on which the surface lies most squarely, in the point's own cell or the next one,
- * to the one zero of the interpolant there, if the values cross it in the sense of the normal. Else along the other two.
- * False, and nothing changed, when none does. A zero normal stands for that of the cell's values. */
+ * Onto the surface from nearby: along the axis on which the surface lies most squarely, in the
+ * point's own cell or the next one, to the one zero of the interpolant there, if the values cross
+ * it in the sense of the normal. Else along the other two. False, and nothing changed, when none
+ * does. A zero normal stands for that of the cell's values. */
 bool qni_project_near(const void *user, const float normal[3], float position[3]);
 
-/* The cell that holds a position. False when a vertex there should stay: the cell has several polygons, so that a neighbouring
- * point may belong to another one. In a cell with a single polygon the surface is of one piece. */
+/* The cell that holds a position. False when a vertex there should stay: the cell has several
+ * polygons, so that a neighbouring point may belong to another one. In a cell with a single polygon
+ * the surface is of one piece. */
 bool qni_project_home(const void *user, const float position[3], int32_t cell[3]);
 
-/* Onto the surface within the cell, after stepping back towards `from` (a point of the cell) as far as the cell asks for.
- * False, and nothing changed, when the axis lines through that point do not cross the surface in the cell. */
-bool qni_project_in_cell(const void *user, const int32_t cell[3], const float from[3], const float normal[3], float position[3]);
+/* Onto the surface within the cell, after stepping back towards `from` (a point of the cell) as far
+ * as the cell asks for. False, and nothing changed, when the axis lines through that point do not
+ * cross the surface in the cell. */
+bool qni_project_in_cell(const void *user, const int32_t cell[3], const float from[3],
+                         const float normal[3], float position[3]);
 
-/* The unit normal at a position of the cell: central differences at its corners, interpolated, as for every vertex. Left as it is
- * where they cancel. */
-void qni_project_normal(const void *user, const int32_t cell[3], const float position[3], float normal[3]);
+/* The unit normal at a position of the cell: central differences at its corners, interpolated, as
+ * for every vertex. Left as it is where they cancel. */
+void qni_project_normal(const void *user, const int32_t cell[3], const float position[3],
+                        float normal[3]);
 
 #endif

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* Relaxation by sweeps. Each quad is fitted with the nearest square, for which [DMC21] equation (9) is 1; a vertex wishes itself to
- * the mean of its corners of those squares, along the tangent plane. Then all move; where a quad came out worse than the worst
- * round one of its corners was, its corners go back, until nothing is worse. */
+/* Relaxation by sweeps. Each quad is fitted with the nearest square, for which [DMC21] equation (9)
+ * is 1; a vertex wishes itself to the mean of its corners of those squares, along the tangent
+ * plane. Then all move; where a quad came out worse than the worst round one of its corners was,
+ * its corners go back, until nothing is worse. */
 #include "dmc/relax.h"
 #include "dmc/relax_hd.h"
 #include "core/context.h"
@@ -16,14 +17,15 @@ typedef struct job {
     qn_mesh *mesh;
     const qni_slide *surface;
     int32_t threads;
-    float *normals;     /* [vertices][3]: the mesh's own, or made for the purpose */
-    float *wished;      /* [vertices][3]: where vertices would go */
-    int32_t *cells;     /* [vertices][3] */
-    uint8_t *state;     /* [vertices] */
-    float *worst;       /* [vertices]: least shape round it */
-    float *across;      /* [quads][3]: unit means of the corners' normals, as they were in the beginning */
-    float *shape;       /* [quads] */
-    uint8_t *worse;     /* [quads] */
+    float *normals; /* [vertices][3]: the mesh's own, or made for the purpose */
+    float *wished;  /* [vertices][3]: where vertices would go */
+    int32_t *cells; /* [vertices][3] */
+    uint8_t *state; /* [vertices] */
+    float *worst;   /* [vertices]: least shape round it */
+    float
+        *across; /* [quads][3]: unit means of the corners' normals, as they were in the beginning */
+    float *shape;   /* [quads] */
+    uint8_t *worse; /* [quads] */
     qni_relax_report report;
 } job;
 
@@ -114,7 +116,8 @@ static void aim(job *j, int64_t v) {
     for (float share = 1; share >= 0.25f; share *= 0.5f) {
         for (int a = 0; a < 3; ++a)
             place[a] = here[a] + share * (wanted[a] - here[a]);
-        if (j->surface->slide(j->surface->user, j->cells + 3 * v, here, j->normals + 3 * v, place) &&
+        if (j->surface->slide(j->surface->user, j->cells + 3 * v, here, j->normals + 3 * v,
+                              place) &&
             least_round(j, start, place) >= j->worst[v]) {
             j->state[v] |= MOVES;
             return;
@@ -154,8 +157,9 @@ static int64_t take_back(job *j) {
             j->worse[q] = 0;
             continue;
         }
-        const float least = fmaxf(fmaxf(j->worst[v[0]], j->worst[v[1]]), fmaxf(j->worst[v[2]], j->worst[v[3]]));
-        j->worse[q] = (uint8_t)!(shape_of(j, q, true) >= least);
+        const float least =
+            fmaxf(fmaxf(j->worst[v[0]], j->worst[v[1]]), fmaxf(j->worst[v[2]], j->worst[v[3]]));
+        j->worse[q] = (uint8_t) !(shape_of(j, q, true) >= least);
     }
 #pragma omp parallel for schedule(static) num_threads(j->threads) reduction(+ : taken)
     for (int64_t v = 0; v < mesh->vertex_count; ++v) {
@@ -205,7 +209,8 @@ static void settle_homes(job *j) {
         j->state[v] = used && may && fan_is_closed(mesh, v) ? FREE : FIXED;
         if (j->normals != mesh->normals) {
             memset(j->normals + 3 * v, 0, 3 * sizeof(float));
-            surface->normal(surface->user, j->cells + 3 * v, mesh->positions + 3 * v, j->normals + 3 * v);
+            surface->normal(surface->user, j->cells + 3 * v, mesh->positions + 3 * v,
+                            j->normals + 3 * v);
         }
     }
 #pragma omp parallel for schedule(static) num_threads(j->threads)
@@ -222,7 +227,8 @@ static void settle_normals(job *j) {
         if (j->state[v] & MOVED) {
             ++moved;
             if (mesh->normals)
-                j->surface->normal(j->surface->user, j->cells + 3 * v, mesh->positions + 3 * v, mesh->normals + 3 * v);
+                j->surface->normal(j->surface->user, j->cells + 3 * v, mesh->positions + 3 * v,
+                                   mesh->normals + 3 * v);
         }
     j->report.moved = moved;
 }
@@ -239,12 +245,16 @@ qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qn
                     qni_relax_report *report_out, qn_error *error) {
     const double start = qni_seconds();
     const int64_t vertices = mesh->vertex_count, quads = mesh->quad_count;
-    job j = {.context = context, .mesh = mesh, .surface = surface, .threads = qn_context_threads(context)};
+    job j = {.context = context,
+             .mesh = mesh,
+             .surface = surface,
+             .threads = qn_context_threads(context)};
     memset(report_out, 0, sizeof *report_out);
     if (quads == 0 || sweeps <= 0)
         return QN_OK;
     if (mesh->triangle_count || !mesh->twins)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "only meshes of quads with halfedges can be relaxed");
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "only meshes of quads with halfedges can be relaxed");
     j.normals = mesh->normals ? mesh->normals : qni_alloc(context, vertices, 3 * sizeof(float));
     j.wished = qni_alloc(context, vertices, 3 * sizeof(float));
     j.cells = qni_alloc(context, vertices, 3 * sizeof(int32_t));
@@ -253,7 +263,8 @@ qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qn
     j.across = qni_alloc(context, quads, 3 * sizeof(float));
     j.shape = qni_alloc(context, quads, sizeof(float));
     j.worse = qni_alloc(context, quads, 1);
-    const bool good = j.normals && j.wished && j.cells && j.state && j.worst && j.across && j.shape && j.worse;
+    const bool good =
+        j.normals && j.wished && j.cells && j.state && j.worst && j.across && j.shape && j.worse;
     qn_status status = good ? run(&j, sweeps, error) : qni_fail_memory(error, "relaxing the mesh");
     if (j.normals != mesh->normals)
         qni_free(context, j.normals, vertices, 3 * sizeof(float));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Splitting the quads at doubled edges: where the new vertices lie, which quads they make. All of it is arithmetic on the
- * cells at hand; every point and every quad is written by itself. */
+/* Splitting the quads at doubled edges: where the new vertices lie, which quads they make. All of
+ * it is arithmetic on the cells at hand; every point and every quad is written by itself. */
 #include "dmc/repair_parts.h"
 #include "dmc/cell_hd.h"
 #include "dmc/vertex_hd.h"
@@ -13,7 +13,8 @@
 /* ---- vertices -------------------------------------------------------------------------------- */
 
 /* The same order as in kernel_body.h. */
-static void load_stencil(const qni_field *field, const int64_t cell[3], double stencil[QNI_STENCIL]) {
+static void load_stencil(const qni_field *field, const int64_t cell[3],
+                         double stencil[QNI_STENCIL]) {
     for (int n = 0; n < QNI_STENCIL; ++n) {
         int step[3];
         if (n < 16) {
@@ -31,7 +32,8 @@ static void load_stencil(const qni_field *field, const int64_t cell[3], double s
     }
 }
 
-void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3], int64_t vertex) {
+void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3],
+                      int64_t vertex) {
     double stencil[QNI_STENCIL];
     const double at[3] = {(double)cell[0], (double)cell[1], (double)cell[2]};
     float position[3], normal[3];
@@ -42,11 +44,14 @@ void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const do
 
 void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], double d[8]) {
     for (int c = 0; c < 8; ++c)
-        d[c] = qni_field_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
+        d[c] =
+            qni_field_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
 }
 
-/* The middle of a segment's arc on its face, in the face's two axes; `length` of the arc's chord. */
-static bool arc_middle(const qni_doubled_face *face, int segment, const double d[8], double uw[2], double *length) {
+/* The middle of a segment's arc on its face, in the face's two axes; `length` of the arc's chord.
+ */
+static bool arc_middle(const qni_doubled_face *face, int segment, const double d[8], double uw[2],
+                       double *length) {
     const int axis = face->axis, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     qni_square square;
     int side[2];
@@ -66,10 +71,12 @@ static bool arc_middle(const qni_doubled_face *face, int segment, const double d
     return qni_arc_middle(&square, side[0], side[1], uw);
 }
 
-/* From the arc's middle into a cell, along the surface: in the slice across one axis of the face, the arc that starts in the middle
- * is followed to a plane at `depth` from the face. There the slice is linear along the face's other axis, so the surface has one
- * point; as long as the ends of that line keep their signs, it is on the same arc, hence on the right branch. */
-static bool follow(const double d[8], int axis, int face_side, const double uw[2], int slice, double depth, double *found) {
+/* From the arc's middle into a cell, along the surface: in the slice across one axis of the face,
+ * the arc that starts in the middle is followed to a plane at `depth` from the face. There the
+ * slice is linear along the face's other axis, so the surface has one point; as long as the ends of
+ * that line keep their signs, it is on the same arc, hence on the right branch. */
+static bool follow(const double d[8], int axis, int face_side, const double uw[2], int slice,
+                   double depth, double *found) {
     const int in_face[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
     const int across = in_face[slice], along = in_face[1 - slice];
     double at_face[2], inside[2];
@@ -85,9 +92,10 @@ static bool follow(const double d[8], int axis, int face_side, const double uw[2
            (at_face[0] >= 0) == (inside[0] >= 0);
 }
 
-/* The point of a segment in the cell above its face (side 0) or below it (side 1); false when it stays on the face. */
-static bool point_in_cell(const double d[8], int axis, int face_side, const double uw[2], double first_depth,
-                          double local[3]) {
+/* The point of a segment in the cell above its face (side 0) or below it (side 1); false when it
+ * stays on the face. */
+static bool point_in_cell(const double d[8], int axis, int face_side, const double uw[2],
+                          double first_depth, double local[3]) {
     const int in_face[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
     for (double depth = first_depth; depth > first_depth / 64; depth /= 2) {
         double found[2], move[2] = {2, 2};
@@ -108,12 +116,14 @@ static bool point_in_cell(const double d[8], int axis, int face_side, const doub
     return false;
 }
 
-/* How deep into its cells a segment's points lie, against the length of its arc. Nearer points cross other quads less often and
- * make narrower quads: of 742 lattices of 2 x 2 x 3 Gaussian samples with one doubled edge, 0.25 gave 3188 crossing pairs of
- * triangles, 0.1 gave 725, 0.05 gave 226. */
+/* How deep into its cells a segment's points lie, against the length of its arc. Nearer points
+ * cross other quads less often and make narrower quads: of 742 lattices of 2 x 2 x 3 Gaussian
+ * samples with one doubled edge, 0.25 gave 3188 crossing pairs of triangles, 0.1 gave 725, 0.05
+ * gave 226. */
 static const double nearness = 0.0625;
 
-/* The four points of a doubled face: two for each segment, first the one above the face. Returns how many stay on it. */
+/* The four points of a doubled face: two for each segment, first the one above the face. Returns
+ * how many stay on it. */
 static int place_face_points(const qni_repair_job *job, int64_t index) {
     const qni_doubled_face *face = job->dmc->repair->faces + index;
     const int axis = face->axis;
@@ -127,7 +137,8 @@ static int place_face_points(const qni_repair_job *job, int64_t index) {
     }
     for (int segment = 0; segment < 2; ++segment) {
         double uw[2], length;
-        if (!arc_middle(face, segment, d[0], uw, &length)) { /* shrunk to a corner: samples at the iso-value */
+        if (!arc_middle(face, segment, d[0], uw,
+                        &length)) { /* shrunk to a corner: samples at the iso-value */
             const int corner = qni_face_corner(2 * axis, face->first_cut + 2 * segment);
             uw[0] = corner >> (axis == 0 ? 1 : 0) & 1;
             uw[1] = corner >> (axis == 2 ? 1 : 2) & 1;
@@ -135,7 +146,8 @@ static int place_face_points(const qni_repair_job *job, int64_t index) {
         for (int side = 0; side < 2; ++side) {
             double local[3];
             left += !point_in_cell(d[side], axis, side, uw, length * nearness, local);
-            qni_repair_place(job, cell[side], local, job->dmc->vertex_count + 4 * index + 2 * segment + side);
+            qni_repair_place(job, cell[side], local,
+                             job->dmc->vertex_count + 4 * index + 2 * segment + side);
         }
     }
     return left;
@@ -143,8 +155,10 @@ static int place_face_points(const qni_repair_job *job, int64_t index) {
 
 /* ---- quads ----------------------------------------------------------------------------------- */
 
-/* The boundary of a quad with the points on its sides, from its first corner on (repair_parts.h). */
-static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split, uint32_t boundary[QNI_LARGEST_BOUNDARY]) {
+/* The boundary of a quad with the points on its sides, from its first corner on (repair_parts.h).
+ */
+static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split,
+                       uint32_t boundary[QNI_LARGEST_BOUNDARY]) {
     int count = 0;
     for (int k = 0; k < 4; ++k) {
         const int ring_side = qni_split_ring_side(split, k);
@@ -167,13 +181,15 @@ static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split, uint32_t
     return count;
 }
 
-static void fan_quad(const uint32_t *boundary, int count, uint32_t centre, int turn, int j, uint32_t quad[4]) {
+static void fan_quad(const uint32_t *boundary, int count, uint32_t centre, int turn, int j,
+                     uint32_t quad[4]) {
     quad[0] = centre;
     for (int n = 0; n < 3; ++n)
         quad[1 + n] = boundary[(2 * j + turn + n) % count];
 }
 
-static void corner_area(const float *positions, uint32_t o, uint32_t a, uint32_t b, double area[3], double *squares) {
+static void corner_area(const float *positions, uint32_t o, uint32_t a, uint32_t b, double area[3],
+                        double *squares) {
     double u[3], v[3];
     *squares = 0;
     for (int n = 0; n < 3; ++n) {
@@ -198,8 +214,10 @@ static double quad_quality(const float *positions, const uint32_t quad[4], const
     return least;
 }
 
-/* Which way to lay the spokes: the one whose worst corner is better, seen along the mean normal of the whole fan. */
-static int better_turn(const float *positions, const uint32_t *boundary, int count, uint32_t centre) {
+/* Which way to lay the spokes: the one whose worst corner is better, seen along the mean normal of
+ * the whole fan. */
+static int better_turn(const float *positions, const uint32_t *boundary, int count,
+                       uint32_t centre) {
     double worst[2] = {1, 1}, up[3] = {0, 0, 0}, area[3], squares;
     for (int n = 0; n < count; ++n) {
         corner_area(positions, centre, boundary[n], boundary[(n + 1) % count], area, &squares);
@@ -227,7 +245,8 @@ static void note_quad(const qni_repair_job *job, qni_quad_split *split) {
     memcpy(split->corners, job->mesh->quads + 4 * (size_t)split->quad, sizeof split->corners);
 }
 
-/* The centre is where the lattice edge meets the surface: a point of all four cells and of the right branch in each. */
+/* The centre is where the lattice edge meets the surface: a point of all four cells and of the
+ * right branch in each. */
 static void split_quad(const qni_repair_job *job, int64_t index) {
     const qni_dmc *dmc = job->dmc;
     qni_quad_split *split = dmc->repair->splits + index;
@@ -241,7 +260,8 @@ static void split_quad(const qni_repair_job *job, int64_t index) {
     const int count = boundary_of(dmc, split, boundary);
     split->turn = (uint8_t)better_turn(job->mesh->positions, boundary, count, centre);
     for (int j = 0; j < count / 2; ++j)
-        fan_quad(boundary, count, centre, split->turn, j, job->mesh->quads + 4 * qni_fan_place(dmc, split, j));
+        fan_quad(boundary, count, centre, split->turn, j,
+                 job->mesh->quads + 4 * qni_fan_place(dmc, split, j));
 }
 
 void qni_repair_apply(qni_dmc *dmc, const qni_frame *frame, bool reverse, qn_mesh *mesh) {

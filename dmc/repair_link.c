@@ -11,7 +11,8 @@ static int parts_of_side(const qni_quad_split *split, int k) {
 
 /* The halfedge of a part of old side k. */
 static uint32_t part_halfedge(const qni_dmc *dmc, const qni_quad_split *split, int k, int part) {
-    return qni_boundary_halfedge(dmc, split, qni_split_corner_at(split, k) + qni_split_cuts(split, k) + part);
+    return qni_boundary_halfedge(dmc, split,
+                                 qni_split_corner_at(split, k) + qni_split_cuts(split, k) + part);
 }
 
 static const qni_quad_split *split_of_quad(const qni_repair *repair, uint32_t quad) {
@@ -23,13 +24,15 @@ static const qni_quad_split *split_of_quad(const qni_repair *repair, uint32_t qu
         else
             high = middle;
     }
-    return low < repair->split_count && repair->splits[low].quad == quad ? repair->splits + low : NULL;
+    return low < repair->split_count && repair->splits[low].quad == quad ? repair->splits + low
+                                                                         : NULL;
 }
 
 static void link_side(const qni_dmc *dmc, const qni_quad_split *split, int k, uint32_t *twins) {
     const int parts = parts_of_side(split, k);
     const uint32_t twin = split->twins[k];
-    const qni_quad_split *other = twin == QN_NO_HALFEDGE ? NULL : split_of_quad(dmc->repair, twin / 4);
+    const qni_quad_split *other =
+        twin == QN_NO_HALFEDGE ? NULL : split_of_quad(dmc->repair, twin / 4);
     for (int part = 0; part < parts; ++part) {
         const uint32_t own = part_halfedge(dmc, split, k, part);
         twins[own] = other ? part_halfedge(dmc, other, (int)(twin & 3), parts - 1 - part) : twin;
@@ -54,7 +57,8 @@ static void link_vertices(const qni_dmc *dmc, int64_t index, qn_mesh *mesh) {
     for (int at = 0; at < qni_split_boundary_size(split); ++at) {
         const uint32_t h = qni_boundary_halfedge(dmc, split, at), vertex = mesh->quads[h];
         uint32_t *of_vertex = mesh->vertex_halfedges + vertex;
-        if ((int64_t)vertex >= dmc->vertex_count && (*of_vertex == QN_NO_HALFEDGE || mesh->twins[h] == QN_NO_HALFEDGE))
+        if ((int64_t)vertex >= dmc->vertex_count &&
+            (*of_vertex == QN_NO_HALFEDGE || mesh->twins[h] == QN_NO_HALFEDGE))
             *of_vertex = h;
     }
     for (int k = 0; k < 4; ++k) {
@@ -71,7 +75,8 @@ void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {
     for (int64_t v = dmc->vertex_count; v < mesh->vertex_count; ++v)
         mesh->vertex_halfedges[v] = QN_NO_HALFEDGE;
     for (int64_t n = 0; n < repair->split_count; ++n)
-        memcpy(repair->splits[n].twins, mesh->twins + 4 * (size_t)repair->splits[n].quad, sizeof repair->splits[n].twins);
+        memcpy(repair->splits[n].twins, mesh->twins + 4 * (size_t)repair->splits[n].quad,
+               sizeof repair->splits[n].twins);
     for (int64_t n = 0; n < repair->split_count; ++n) {
         for (int k = 0; k < 4; ++k)
             link_side(dmc, repair->splits + n, k, mesh->twins);

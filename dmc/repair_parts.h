@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-/* The parts that splitting quads, restoring tunnels and linking both share: where each new vertex, quad and halfedge is.
+/* The parts that splitting quads, restoring tunnels and linking both share: where each new vertex,
+ * quad and halfedge is.
  *
- * The boundary of a split quad runs, for each old side k: the corner, or the point that cuts it off; if it is cut off, the point
- * on side k before it; the two points of a doubled edge; if the next corner is cut off, the point before that. */
+ * The boundary of a split quad runs, for each old side k: the corner, or the point that cuts it
+ * off; if it is cut off, the point on side k before it; the two points of a doubled edge; if the
+ * next corner is cut off, the point before that. */
 #ifndef QNI_DMC_REPAIR_PARTS_H
 #define QNI_DMC_REPAIR_PARTS_H
 
@@ -19,9 +21,11 @@ typedef struct qni_repair_job {
 /* Corner values of a cell. */
 void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], double d[8]);
 /* Write a vertex from its place in a cell. */
-void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3], int64_t vertex);
+void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3],
+                      int64_t vertex);
 
-/* tunnel.c: the points of a tunnel's end, which needs its quads as emitted; the quads between its two ends, and their halfedges. */
+/* tunnel.c: the points of a tunnel's end, which needs its quads as emitted; the quads between its
+ * two ends, and their halfedges. */
 int qni_tunnel_place_end(const qni_repair_job *job, int64_t index);
 void qni_tunnel_close(const qni_repair_job *job, int64_t index);
 void qni_tunnel_link(const qni_dmc *dmc, int64_t index, uint32_t *twins);
@@ -36,13 +40,16 @@ static inline uint32_t qni_end_first_vertex(const qni_dmc *dmc, const qni_tunnel
     return qni_centre_vertex(dmc, dmc->repair->split_count) + (uint32_t)end->first_point;
 }
 
-static inline uint32_t qni_end_segment_vertex(const qni_dmc *dmc, const qni_tunnel_end *end, int segment) {
+static inline uint32_t qni_end_segment_vertex(const qni_dmc *dmc, const qni_tunnel_end *end,
+                                              int segment) {
     return qni_end_first_vertex(dmc, end) + (uint32_t)segment;
 }
 
 /* The first edge's point takes the place of the vertex that is cut out. */
-static inline uint32_t qni_end_edge_vertex(const qni_dmc *dmc, const qni_tunnel_end *end, int edge) {
-    return edge == 0 ? end->vertex : qni_end_first_vertex(dmc, end) + (uint32_t)(end->count + edge - 1);
+static inline uint32_t qni_end_edge_vertex(const qni_dmc *dmc, const qni_tunnel_end *end,
+                                           int edge) {
+    return edge == 0 ? end->vertex
+                     : qni_end_first_vertex(dmc, end) + (uint32_t)(end->count + edge - 1);
 }
 
 /* ---- boundaries of split quads --------------------------------------------------------------- */
@@ -64,13 +71,17 @@ static inline bool qni_split_doubles(const qni_quad_split *split, int k) {
     return split->points[qni_split_ring_side(split, k)] != QNI_NO_POINTS;
 }
 
-/* The point that cuts corner k off, and the point before it on the side after the corner, or on the one before the corner. */
-static inline uint32_t qni_cut_corner_vertex(const qni_dmc *dmc, const qni_quad_split *split, int k) {
+/* The point that cuts corner k off, and the point before it on the side after the corner, or on the
+ * one before the corner. */
+static inline uint32_t qni_cut_corner_vertex(const qni_dmc *dmc, const qni_quad_split *split,
+                                             int k) {
     const int place = qni_split_place(split, k & 3);
-    return qni_end_edge_vertex(dmc, dmc->repair->ends + split->cut_end[place], split->cut_edge[place]);
+    return qni_end_edge_vertex(dmc, dmc->repair->ends + split->cut_end[place],
+                               split->cut_edge[place]);
 }
 
-static inline uint32_t qni_cut_side_vertex(const qni_dmc *dmc, const qni_quad_split *split, int k, bool after) {
+static inline uint32_t qni_cut_side_vertex(const qni_dmc *dmc, const qni_quad_split *split, int k,
+                                           bool after) {
     const int place = qni_split_place(split, k & 3);
     return qni_end_segment_vertex(dmc, dmc->repair->ends + split->cut_end[place],
                                   split->cut_side[place][after == (split->forward != 0)]);
@@ -84,7 +95,8 @@ static inline int qni_split_boundary_size(const qni_quad_split *split) {
 static inline int qni_split_corner_at(const qni_quad_split *split, int k) {
     int at = 0;
     for (int n = 0; n < k; ++n)
-        at += 1 + qni_split_cuts(split, n) + 2 * qni_split_doubles(split, n) + qni_split_cuts(split, n + 1);
+        at += 1 + qni_split_cuts(split, n) + 2 * qni_split_doubles(split, n) +
+              qni_split_cuts(split, n + 1);
     return at;
 }
 
@@ -94,8 +106,10 @@ static inline int64_t qni_fan_place(const qni_dmc *dmc, const qni_quad_split *sp
 }
 
 /* The halfedge from boundary vertex `at` to the next. */
-static inline uint32_t qni_boundary_halfedge(const qni_dmc *dmc, const qni_quad_split *split, int at) {
-    const int count = qni_split_boundary_size(split), from_turn = (at + count - split->turn) % count;
+static inline uint32_t qni_boundary_halfedge(const qni_dmc *dmc, const qni_quad_split *split,
+                                             int at) {
+    const int count = qni_split_boundary_size(split),
+              from_turn = (at + count - split->turn) % count;
     return (uint32_t)(4 * qni_fan_place(dmc, split, from_turn / 2) + 1 + from_turn % 2);
 }
 

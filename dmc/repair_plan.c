@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Finding doubled edges from the cells, and planning which quads are split, before any mesh exists. */
+/* Finding doubled edges from the cells, and planning which quads are split, before any mesh exists.
+ */
 #include "dmc/repair.h"
 #include "dmc/cell_hd.h"
 #include "dmc/ring_hd.h"
@@ -54,7 +55,8 @@ static bool segment_has_quad(const qni_field *field, const qni_doubled_face *fac
     return false;
 }
 
-bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis, int entry, qni_doubled_face *face) {
+bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis, int entry,
+                         qni_doubled_face *face) {
     if (cell[axis] == 0 || !one_polygon_has_face(entry, 2 * axis))
         return false;
     int64_t below[3] = {cell[0], cell[1], cell[2]};
@@ -68,8 +70,8 @@ bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis
     for (int n = 0; n < 4; ++n)
         v[n] = d[qni_face_corner(2 * axis + 1, n)];
     const int above = v[0] >= 0 ? 0 : 1;
-    const int joined =
-        qni_face_joins_above(qni_face_saddle_sign(v[above], v[above + 2], v[1 - above], v[3 - above]));
+    const int joined = qni_face_joins_above(
+        qni_face_saddle_sign(v[above], v[above + 2], v[1 - above], v[3 - above]));
     for (int a = 0; a < 3; ++a)
         face->cell[a] = (int32_t)cell[a];
     face->axis = (uint8_t)axis;
@@ -79,7 +81,8 @@ bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis
 
 /* ---- the plan -------------------------------------------------------------------------------- */
 
-/* What is to be done with a quad: points on one of its sides, or a corner cut off. Sorted by the quad's place in the mesh. */
+/* What is to be done with a quad: points on one of its sides, or a corner cut off. Sorted by the
+ * quad's place in the mesh. */
 typedef struct mark {
     int64_t row;
     int32_t point[3];
@@ -135,7 +138,10 @@ static int64_t mark_cuts(const qni_dmc *dmc, mark *marks) {
         for (int n = 0; n < end->count; ++n) {
             const int edge = end->edge[n], before = n == 0 ? end->count - 1 : n - 1;
             const int next = end->edge[n + 1 < end->count ? n + 1 : 0];
-            mark m = {.axis = (uint8_t)qni_edge_axis(edge), .is_cut = 1, .cut_edge = (uint8_t)n, .value = i};
+            mark m = {.axis = (uint8_t)qni_edge_axis(edge),
+                      .is_cut = 1,
+                      .cut_edge = (uint8_t)n,
+                      .value = i};
             edge_point(dmc->repair->tunnels[i / 2].cell, edge, m.point);
             m.row = row_of_point(&dmc->field, m.point);
             m.place = (uint8_t)qni_ring_place(edge);
@@ -191,7 +197,8 @@ static void list_end(const qni_tunnel_cell *tunnel, int polygon, qni_tunnel_end 
     int edge = 0;
     while (!(edges >> edge & 1))
         ++edge;
-    for (end->count = 0; end->count == 0 || edge != end->edge[0]; edge = (int)(next >> (4 * edge) & 15))
+    for (end->count = 0; end->count == 0 || edge != end->edge[0];
+         edge = (int)(next >> (4 * edge) & 15))
         end->edge[end->count++] = (uint8_t)edge;
 }
 
@@ -223,7 +230,8 @@ static qn_status gather_tunnels(qni_dmc *dmc, qn_error *error) {
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         const qni_dmc_row *row = dmc->rows + r;
         if (row->tunnel_count)
-            memcpy(repair->tunnels + at, row->tunnels, (size_t)row->tunnel_count * sizeof *row->tunnels);
+            memcpy(repair->tunnels + at, row->tunnels,
+                   (size_t)row->tunnel_count * sizeof *row->tunnels);
         at += row->tunnel_count;
     }
     int64_t quads = 0;
@@ -251,7 +259,8 @@ static qn_status gather_faces(qni_dmc *dmc, qn_error *error) {
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         const qni_dmc_row *row = dmc->rows + r;
         if (row->doubled_count)
-            memcpy(repair->faces + at, row->doubled, (size_t)row->doubled_count * sizeof *row->doubled);
+            memcpy(repair->faces + at, row->doubled,
+                   (size_t)row->doubled_count * sizeof *row->doubled);
         at += row->doubled_count;
     }
     return QN_OK;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-/* The ring of four cells round a lattice edge, which is the quad of that edge. Ring place 0 is the cell lowest in both other
- * axes; the ring turns counter-clockwise seen from the edge's end. Ring side n joins places n and n + 1 and lies on the
- * cell face between them: a mesh edge is a segment on a lattice face, so quads on both sides of it are found from the grid
- * (docs/architecture.md, halfedges). A quad's corners run along the ring where the values fall along the edge, else against it. */
+/* The ring of four cells round a lattice edge, which is the quad of that edge. Ring place 0 is the
+ * cell lowest in both other axes; the ring turns counter-clockwise seen from the edge's end. Ring
+ * side n joins places n and n + 1 and lies on the cell face between them: a mesh edge is a segment
+ * on a lattice face, so quads on both sides of it are found from the grid (docs/architecture.md,
+ * halfedges). A quad's corners run along the ring where the values fall along the edge, else
+ * against it. */
 #ifndef QNI_DMC_RING_HD_H
 #define QNI_DMC_RING_HD_H
 
@@ -11,7 +13,8 @@
 /* Place of a cell in the ring of its own edge `edge`. */
 QN_HD_INLINE int qni_ring_place(int edge) {
     const int axis = edge >> 2, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
-    const int low_u = qni_edge_side(edge, u), low_v = qni_edge_side(edge, v); /* the edge at 1: the cell is lower */
+    const int low_u = qni_edge_side(edge, u),
+              low_v = qni_edge_side(edge, v); /* the edge at 1: the cell is lower */
     return low_v ? (low_u ? 0 : 1) : (low_u ? 3 : 2);
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* Simplification in rounds: of the quads that may go, those that go before all they touch are taken at once, then the rest is
- * looked at again. Every step reads what the step before left and writes only what its own quad owns, so neither
- * threads nor their number show in the result. [DMC21] section 4. */
+/* Simplification in rounds: of the quads that may go, those that go before all they touch are taken
+ * at once, then the rest is looked at again. Every step reads what the step before left and writes
+ * only what its own quad owns, so neither threads nor their number show in the result. [DMC21]
+ * section 4. */
 #include "dmc/simplify.h"
 #include "dmc/simplify_hd.h"
 #include "core/context.h"
@@ -20,11 +21,11 @@ typedef struct job {
     qni_links links;
     int32_t threads;
     int64_t blocks;
-    int64_t *before;      /* [blocks + 1]: list entries before each block */
-    uint8_t *touched;     /* [blocks]: quads in the block are to be looked at */
-    uint8_t *colours;     /* [quads]: asked for, where there is a colour; else NULL */
-    uint32_t *list;       /* [capacity]: quads that may go, ascending */
-    uint8_t *taken;       /* [capacity]: those of this round */
+    int64_t *before;  /* [blocks + 1]: list entries before each block */
+    uint8_t *touched; /* [blocks]: quads in the block are to be looked at */
+    uint8_t *colours; /* [quads]: asked for, where there is a colour; else NULL */
+    uint32_t *list;   /* [capacity]: quads that may go, ascending */
+    uint8_t *taken;   /* [capacity]: those of this round */
     int64_t count, capacity;
     qni_simplify_report report;
 } job;
@@ -40,8 +41,8 @@ static uint32_t measure_fan(const qni_links *links, int64_t v) {
     return size;
 }
 
-/* The same for LANES vertices side by side, so that their loads overlap and no branch has to guess a valence. Fans that are open
- * or do not close within 6 steps are measured one by one. */
+/* The same for LANES vertices side by side, so that their loads overlap and no branch has to guess
+ * a valence. Fans that are open or do not close within 6 steps are measured one by one. */
 static int64_t measure_fans_beside(const qni_links *links, int64_t first) {
     const uint32_t *start = links->vertex_halfedge + first, *twin = links->twin;
     uint32_t at[LANES], size[LANES], apart[LANES];
@@ -56,7 +57,7 @@ static int64_t measure_fans_beside(const qni_links *links, int64_t first) {
             const uint32_t next = qni_next_round(twin, at[l]), open = next == QN_NO_HALFEDGE;
             apart[l] |= open;
             at[l] = next & (open - 1); /* 0 where it is open: any will do */
-            size[l] |= n & (uint32_t)-((size[l] == 0) & (next == start[l]));
+            size[l] |= n & (uint32_t) - ((size[l] == 0) & (next == start[l]));
         }
     for (int l = 0; l < LANES; ++l) {
         links->valence[first + l] = (uint8_t)size[l];
@@ -76,7 +77,8 @@ static int64_t measure_fans(const job *j) {
     return sides;
 }
 
-/* Vertices where several fans meet stay as they are: mark what each vertex' own fan holds; other sides show the rest. */
+/* Vertices where several fans meet stay as they are: mark what each vertex' own fan holds; other
+ * sides show the rest. */
 static qn_status fix_shared_vertices(job *j, qn_error *error) {
     const qni_links *links = &j->links;
     const int64_t sides = 4 * j->mesh->quad_count;
@@ -108,7 +110,8 @@ static bool belongs(int kind, bool rings) {
 
 /* Kinds of the quads of one block that are not known to stay; how many belong to the pattern. */
 static int64_t find_kinds_of_block(const job *j, int64_t block, bool rings) {
-    const int64_t quads = j->mesh->quad_count, end = (block + 1) * BLOCK < quads ? (block + 1) * BLOCK : quads;
+    const int64_t quads = j->mesh->quad_count,
+                  end = (block + 1) * BLOCK < quads ? (block + 1) * BLOCK : quads;
     int64_t found = 0, others = 0;
     for (int64_t q = block * BLOCK; q < end; ++q) {
         uint8_t *kind = j->links.kind + q;
@@ -179,7 +182,8 @@ static int64_t decide_open(job *j, bool rings) {
         uint8_t *kind = j->links.kind + j->list[n];
         if (*kind & (QNI_TAKEN | QNI_LEFT))
             continue;
-        const int decision = rings ? qni_decide_shrink(&j->links, j->list[n]) : qni_decide_merge(&j->links, j->list[n]);
+        const int decision = rings ? qni_decide_shrink(&j->links, j->list[n])
+                                   : qni_decide_merge(&j->links, j->list[n]);
         if (decision)
             __atomic_store_n(kind, (uint8_t)(*kind | decision), __ATOMIC_RELAXED);
         else
@@ -198,8 +202,9 @@ static qn_status decide(job *j, bool rings, qn_error *error) {
     return QN_OK;
 }
 
-/* [DMC21] section 4.1, steps 2 and 5: one look each. First those go that have no neighbour of the pattern with a colour as low;
- * then, of those that still have the pattern, the ones that share no corner of valence 3 with another. */
+/* [DMC21] section 4.1, steps 2 and 5: one look each. First those go that have no neighbour of the
+ * pattern with a colour as low; then, of those that still have the pattern, the ones that share no
+ * corner of valence 3 with another. */
 static void decide_as_paper(job *j, bool alone) {
     const qni_links *links = &j->links;
 #pragma omp parallel for schedule(static) num_threads(j->threads)
@@ -208,10 +213,13 @@ static void decide_as_paper(job *j, bool alone) {
         bool goes = true;
         for (uint32_t k = 0; k < 4; ++k) {
             const uint32_t other = links->twin[4 * quad + k] >> 2;
-            const bool lower = alone || !links->colour || links->colour[other] <= links->colour[quad];
+            const bool lower =
+                alone || !links->colour || links->colour[other] <= links->colour[quad];
             goes = goes && !(lower && qni_is_merge(qni_kind_now(links, other) & QNI_KIND_MASK));
         }
-        __atomic_store_n(links->kind + quad, (uint8_t)(links->kind[quad] | (goes ? QNI_TAKEN : QNI_LEFT)), __ATOMIC_RELAXED);
+        __atomic_store_n(links->kind + quad,
+                         (uint8_t)(links->kind[quad] | (goes ? QNI_TAKEN : QNI_LEFT)),
+                         __ATOMIC_RELAXED);
     }
 }
 
@@ -242,7 +250,8 @@ static void place_merged(const job *j, uint32_t kept, uint32_t gone, int64_t *un
     }
 }
 
-/* Quads round a vertex may have become ones that can go. Several may set the same mark here at once. */
+/* Quads round a vertex may have become ones that can go. Several may set the same mark here at
+ * once. */
 static void mark_pending(const job *j, uint32_t quad) {
     __atomic_store_n(j->links.kind + quad, (uint8_t)QNI_PENDING, __ATOMIC_RELAXED);
     __atomic_store_n(j->touched + (quad >> BLOCK_BITS), (uint8_t)1, __ATOMIC_RELAXED);
@@ -267,14 +276,15 @@ static void look_round_merged(job *j) {
 #pragma omp parallel for schedule(static) num_threads(j->threads)
     for (int64_t n = 0; n < j->count; ++n)
         if (is_taken(j, n)) {
-            const uint32_t quad = j->list[n], first = (links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02;
+            const uint32_t quad = j->list[n],
+                           first = (links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02;
             qni_look_round(links, links->twin[4 * quad + first]);
             qni_look_round(links, links->twin[4 * quad + first + 2]);
         }
 }
 
-/* A merged vertex has come up to valence 4: rings that have it as an outer corner may shrink now. The middle of such a ring lies
- * across from it at a neighbour of valence 3. */
+/* A merged vertex has come up to valence 4: rings that have it as an outer corner may shrink now.
+ * The middle of such a ring lies across from it at a neighbour of valence 3. */
 static void mark_middles(const job *j, uint32_t start) {
     const qni_links *links = &j->links;
     uint32_t h = start;
@@ -282,15 +292,16 @@ static void mark_middles(const job *j, uint32_t start) {
         const uint32_t ahead = qni_next_side(h);
         if (links->valence[links->origin[ahead]] == 3) {
             const uint32_t middle = links->twin[ahead] >> 2;
-            if (qni_kind_now(links, middle) == QNI_QUAD_STAYS && qni_kind_of_quad(links, middle) == QNI_QUAD_SHRINKS)
+            if (qni_kind_now(links, middle) == QNI_QUAD_STAYS &&
+                qni_kind_of_quad(links, middle) == QNI_QUAD_SHRINKS)
                 mark_pending(j, middle);
         }
         h = qni_next_round(links->twin, h);
     } while (h != start);
 }
 
-/* What the changes round one quad that was taken may have opened: quads round vertices that have come down to valence 3, and
- * rings round vertices that have come up. */
+/* What the changes round one quad that was taken may have opened: quads round vertices that have
+ * come down to valence 3, and rings round vertices that have come up. */
 static void mark_neighbours(const job *j, uint32_t quad, bool rings) {
     const qni_links *links = &j->links;
     const uint32_t first = (links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02;
@@ -369,7 +380,8 @@ static qn_status run_passes(job *j, qn_error *error) {
         QN_TRY(remove_pattern(j, false, error));
         QN_TRY(remove_pattern(j, true, error));
         ++j->report.passes;
-    } while (j->report.merged_quads + j->report.shrunk_quads > before && j->report.passes != j->options->passes);
+    } while (j->report.merged_quads + j->report.shrunk_quads > before &&
+             j->report.passes != j->options->passes);
     return QN_OK;
 }
 
@@ -399,23 +411,29 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
                        qni_simplify_report *report_out, qn_error *error) {
     const double start = qni_seconds();
     const int64_t vertices = mesh->vertex_count, quads = mesh->quad_count;
-    job j = {.context = context, .mesh = mesh, .options = options, .threads = qn_context_threads(context)};
+    job j = {.context = context,
+             .mesh = mesh,
+             .options = options,
+             .threads = qn_context_threads(context)};
     memset(report_out, 0, sizeof *report_out);
     if (quads == 0)
         return QN_OK;
     if (mesh->triangle_count || !mesh->twins)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "only meshes of quads with halfedges can be simplified");
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "only meshes of quads with halfedges can be simplified");
     j.blocks = (quads + BLOCK - 1) / BLOCK;
     j.before = qni_alloc(context, j.blocks + 1, sizeof *j.before);
     j.touched = qni_alloc(context, j.blocks, 1);
-    uint8_t *valence = qni_alloc(context, vertices + 1, 1), *kind = qni_alloc(context, quads + 1, 1);
+    uint8_t *valence = qni_alloc(context, vertices + 1, 1),
+            *kind = qni_alloc(context, quads + 1, 1);
     const bool asks = !options->colours && options->colour;
     j.colours = asks ? qni_alloc(context, quads, 1) : NULL;
-    const qni_links links = {mesh->quads, mesh->twins, mesh->vertex_halfedges, valence, kind,
-                             asks ? j.colours : options->colours};
+    const qni_links links = {mesh->quads, mesh->twins, mesh->vertex_halfedges,
+                             valence,     kind,        asks ? j.colours : options->colours};
     j.links = links;
     const bool good = j.before && j.touched && valence && kind && (j.colours || !asks);
-    const qn_status status = good ? run(&j, error) : qni_fail_memory(error, "the marks of vertices and quads");
+    const qn_status status =
+        good ? run(&j, error) : qni_fail_memory(error, "the marks of vertices and quads");
     qni_free(context, j.before, j.blocks + 1, sizeof *j.before);
     qni_free(context, valence, vertices + 1, 1);
     qni_free(context, kind, quads + 1, 1);

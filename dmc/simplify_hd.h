@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-/* Removing quads by the valences of their corners ([DMC21] section 4): which quads may go, which of two that meet goes first,
- * and how the halfedges close up behind them.
+/* Removing quads by the valences of their corners ([DMC21] section 4): which quads may go, which of
+ * two that meet goes first, and how the halfedges close up behind them.
  *
- *   3-X-3-Y        o---x---o                  o---x---o       The corners a and b of valence 3 become one of valence 4; X and
- *              a'--a   q   b--b'   becomes  a'----v----b'     Y lose one each. X and Y are at least 5, so that no vertex ends
- *                  o---y---o                  o---y---o       below 4: from 4 a new one of valence 3 would arise and the
- *                                                             merging would run on along the row of quads, and from 3 one
- *                                                             of valence 2, where two quads share two sides.
- *   3-3-3-3    The quad and its four neighbours become one quad; the neighbours' outer corners lose one each, so they
- *              need at least 4, and not all of them 4: then the new quad would be a 3-3-3-3 again, and a thin rod, whose end it
+ *   3-X-3-Y        o---x---o                  o---x---o       The corners a and b of valence 3
+ * become one of valence 4; X and a'--a   q   b--b'   becomes  a'----v----b'     Y lose one each. X
+ * and Y are at least 5, so that no vertex ends o---y---o                  o---y---o       below 4:
+ * from 4 a new one of valence 3 would arise and the merging would run on along the row of quads,
+ * and from 3 one of valence 2, where two quads share two sides. 3-3-3-3    The quad and its four
+ * neighbours become one quad; the neighbours' outer corners lose one each, so they need at least 4,
+ * and not all of them 4: then the new quad would be a 3-3-3-3 again, and a thin rod, whose end it
  *              is, would be eaten up ring by ring.
  *
- * Which of them are done is decided for all first, and only then they are done, all at once: no two of them share a vertex or
- * a quad that both write. */
+ * Which of them are done is decided for all first, and only then they are done, all at once: no two
+ * of them share a vertex or a quad that both write. */
 #ifndef QNI_DMC_SIMPLIFY_HD_H
 #define QNI_DMC_SIMPLIFY_HD_H
 
@@ -26,17 +26,18 @@ enum qni_quad_kind {
     QNI_QUAD_STAYS,
     QNI_QUAD_MERGES_02, /* 3-X-3-Y: corners 0 and 2 have valence 3 */
     QNI_QUAD_MERGES_13,
-    QNI_QUAD_SHRINKS,   /* 3-3-3-3: the quad and the ring round it become one quad */
+    QNI_QUAD_SHRINKS, /* 3-3-3-3: the quad and the ring round it become one quad */
     QNI_KIND_MASK = 3,
-    QNI_TAKEN = 16,     /* marks beside the kind: it will be done, */
-    QNI_LEFT = 32,      /* it will not, for now, */
-    QNI_PENDING = 128,  /* the quad is to be looked at (the kind is not known) */
+    QNI_TAKEN = 16,    /* marks beside the kind: it will be done, */
+    QNI_LEFT = 32,     /* it will not, for now, */
+    QNI_PENDING = 128, /* the quad is to be looked at (the kind is not known) */
     QNI_QUAD_GONE = 255
 };
 
 enum { QNI_VALENCE_FIXED = 0, QNI_VALENCE_GONE = 255 };
 
-/* Quads with their halfedges and marks; valence is QNI_VALENCE_FIXED at the boundary and where fans meet. */
+/* Quads with their halfedges and marks; valence is QNI_VALENCE_FIXED at the boundary and where fans
+ * meet. */
 typedef struct qni_links {
     uint32_t *origin; /* [4 quads] */
     uint32_t *twin;
@@ -77,7 +78,8 @@ QN_HD_INLINE uint32_t qni_lowest_of_fan(const uint32_t *twin, uint32_t start) {
     return lowest;
 }
 
-/* What the valences alone say; without branches, since most quads stay and which do not is hard to foresee. */
+/* What the valences alone say; without branches, since most quads stay and which do not is hard to
+ * foresee. */
 QN_HD_INLINE int qni_kind_of_valences(int v0, int v1, int v2, int v3) {
     const int even_3 = (v0 == 3) & (v2 == 3), odd_3 = (v1 == 3) & (v3 == 3);
     const int even_large = (v0 >= 5) & (v2 >= 5), odd_large = (v1 >= 5) & (v3 >= 5);
@@ -90,16 +92,18 @@ QN_HD_INLINE uint32_t qni_third_neighbour(const qni_links *links, uint32_t h) {
     return links->origin[links->twin[h] ^ 2];
 }
 
-/* Merging the corners of h and of the side opposite keeps the surface a manifold: all of the new vertex' neighbours differ.
- * (That also keeps away from doubled edges: their ends see one neighbour twice.) */
+/* Merging the corners of h and of the side opposite keeps the surface a manifold: all of the new
+ * vertex' neighbours differ. (That also keeps away from doubled edges: their ends see one neighbour
+ * twice.) */
 QN_HD_INLINE int qni_may_merge(const qni_links *links, uint32_t h) {
     const uint32_t *origin = links->origin;
     const uint32_t opposite = h ^ 2, first = h & ~UINT32_C(3);
     const uint32_t a = origin[h], b = origin[opposite];
     const uint32_t x = origin[first | ((h + 1) & 3)], y = origin[first | ((h + 3) & 3)];
-    const uint32_t beyond_a = qni_third_neighbour(links, h), beyond_b = qni_third_neighbour(links, opposite);
-    return a != b && x != y && beyond_a != beyond_b && beyond_a != b && beyond_b != a && beyond_a != x && beyond_a != y &&
-           beyond_b != x && beyond_b != y;
+    const uint32_t beyond_a = qni_third_neighbour(links, h),
+                   beyond_b = qni_third_neighbour(links, opposite);
+    return a != b && x != y && beyond_a != beyond_b && beyond_a != b && beyond_b != a &&
+           beyond_a != x && beyond_a != y && beyond_b != x && beyond_b != y;
 }
 
 /* The side of the ring that lies opposite side h of the quad in its middle, seen from the ring. */
@@ -111,8 +115,8 @@ QN_HD_INLINE int qni_has_corner(const uint32_t corner[4], uint32_t vertex) {
     return corner[0] == vertex || corner[1] == vertex || corner[2] == vertex || corner[3] == vertex;
 }
 
-/* Shrinking the ring round a quad keeps the surface a manifold: the outer corners are four, keep a valence of 3 (one of them at
- * least 4), and no quad outside joins the same four. */
+/* Shrinking the ring round a quad keeps the surface a manifold: the outer corners are four, keep a
+ * valence of 3 (one of them at least 4), and no quad outside joins the same four. */
 QN_HD_INLINE int qni_may_shrink(const qni_links *links, uint32_t quad) {
     uint32_t outer[4];
     int spare = 0;
@@ -131,8 +135,8 @@ QN_HD_INLINE int qni_may_shrink(const qni_links *links, uint32_t quad) {
         const uint32_t beyond = links->twin[qni_outer_side(links, 4 * quad + k)] >> 2;
         const uint32_t *corner = links->origin + 4 * beyond;
         if (qni_has_corner(outer, inner) || beyond == quad ||
-            (qni_has_corner(corner, outer[0]) && qni_has_corner(corner, outer[1]) && qni_has_corner(corner, outer[2]) &&
-             qni_has_corner(corner, outer[3])))
+            (qni_has_corner(corner, outer[0]) && qni_has_corner(corner, outer[1]) &&
+             qni_has_corner(corner, outer[2]) && qni_has_corner(corner, outer[3])))
             return 0;
     }
     return spare;
@@ -142,12 +146,14 @@ QN_HD_INLINE int qni_may_shrink(const qni_links *links, uint32_t quad) {
 QN_HD_INLINE int qni_kind_of_quad(const qni_links *links, uint32_t quad) {
     const uint32_t *v = links->origin + 4 * quad;
     const uint8_t *valence = links->valence;
-    const int kind = qni_kind_of_valences(valence[v[0]], valence[v[1]], valence[v[2]], valence[v[3]]);
+    const int kind =
+        qni_kind_of_valences(valence[v[0]], valence[v[1]], valence[v[2]], valence[v[3]]);
     if (kind == QNI_QUAD_STAYS)
         return kind;
     if (kind == QNI_QUAD_SHRINKS)
         return qni_may_shrink(links, quad) ? kind : QNI_QUAD_STAYS;
-    return qni_may_merge(links, 4 * quad + (uint32_t)(kind - QNI_QUAD_MERGES_02)) ? kind : QNI_QUAD_STAYS;
+    return qni_may_merge(links, 4 * quad + (uint32_t)(kind - QNI_QUAD_MERGES_02)) ? kind
+                                                                                  : QNI_QUAD_STAYS;
 }
 
 /* ---- who goes first -------------------------------------------------------------------------- */
@@ -159,7 +165,8 @@ QN_HD_INLINE uint32_t qni_scatter(uint32_t n) {
     return n ^ (n >> 16);
 }
 
-/* Lower goes first: by colour, then by scattered number, so that local winners lie dense everywhere. */
+/* Lower goes first: by colour, then by scattered number, so that local winners lie dense
+ * everywhere. */
 QN_HD_INLINE uint64_t qni_turn_of(const qni_links *links, uint32_t quad) {
     const uint64_t colour = links->colour ? links->colour[quad] : 0;
     return colour << 32 | qni_scatter(quad);
@@ -169,9 +176,10 @@ QN_HD_INLINE int qni_is_merge(int kind) {
     return kind == QNI_QUAD_MERGES_02 || kind == QNI_QUAD_MERGES_13;
 }
 
-/* Of the operations that must not be done together with this one: is one taken (then this one is left), is one that goes
- * before it still open (then this one stays open), or neither (then it is taken)? Asked over and over, in any order and by any
- * number of threads at once, this ends with the same answers: those of taking all in their turns, one by one. */
+/* Of the operations that must not be done together with this one: is one taken (then this one is
+ * left), is one that goes before it still open (then this one stays open), or neither (then it is
+ * taken)? Asked over and over, in any order and by any number of threads at once, this ends with
+ * the same answers: those of taking all in their turns, one by one. */
 typedef struct qni_rivals {
     uint64_t turn;
     int decision; /* the kind's marks: 0 open, QNI_TAKEN, QNI_LEFT */
@@ -185,7 +193,8 @@ QN_HD_INLINE int qni_kind_now(const qni_links *links, uint32_t quad) {
 #endif
 }
 
-QN_HD_INLINE void qni_meet_rival(const qni_links *links, uint32_t quad, int kind, qni_rivals *rivals) {
+QN_HD_INLINE void qni_meet_rival(const qni_links *links, uint32_t quad, int kind,
+                                 qni_rivals *rivals) {
     if (kind & QNI_LEFT)
         return;
     if (kind & QNI_TAKEN)
@@ -194,8 +203,9 @@ QN_HD_INLINE void qni_meet_rival(const qni_links *links, uint32_t quad, int kind
         rivals->decision = 0;
 }
 
-/* Merges that share a corner of valence 3 lie side by side. (Those that share X or Y only do not hinder each other: of
- * the quads round X no two neighbours go, so of at least 5 at least 3 stay.) */
+/* Merges that share a corner of valence 3 lie side by side. (Those that share X or Y only do not
+ * hinder each other: of the quads round X no two neighbours go, so of at least 5 at least 3 stay.)
+ */
 QN_HD_INLINE int qni_decide_merge(const qni_links *links, uint32_t quad) {
     qni_rivals rivals;
     rivals.turn = qni_turn_of(links, quad);
@@ -209,8 +219,8 @@ QN_HD_INLINE int qni_decide_merge(const qni_links *links, uint32_t quad) {
     return rivals.decision;
 }
 
-/* Rings that share an outer corner: from each quad round such a corner the middle of another ring would lie across one of the
- * two sides that the corner is not part of. */
+/* Rings that share an outer corner: from each quad round such a corner the middle of another ring
+ * would lie across one of the two sides that the corner is not part of. */
 QN_HD_INLINE int qni_decide_shrink(const qni_links *links, uint32_t quad) {
     qni_rivals rivals;
     rivals.turn = qni_turn_of(links, quad);
@@ -240,14 +250,18 @@ QN_HD_INLINE void qni_pair(uint32_t *twin, uint32_t g, uint32_t h) {
     twin[h] = g;
 }
 
-/* Merge a quad's corners of valence 3 into the lower one of them, which is returned; *gone_out is the other. What changes for X
- * and Y is left to qni_look_round(), since several merges may meet there. */
+/* Merge a quad's corners of valence 3 into the lower one of them, which is returned; *gone_out is
+ * the other. What changes for X and Y is left to qni_look_round(), since several merges may meet
+ * there. */
 QN_HD_INLINE uint32_t qni_merge(qni_links *links, uint32_t quad, uint32_t *gone_out) {
-    const uint32_t first = 4 * quad + (uint32_t)((links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02);
-    const uint32_t ha = links->origin[first] < links->origin[first ^ 2] ? first : first ^ 2, hb = ha ^ 2;
+    const uint32_t first =
+        4 * quad + (uint32_t)((links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02);
+    const uint32_t ha = links->origin[first] < links->origin[first ^ 2] ? first : first ^ 2,
+                   hb = ha ^ 2;
     const uint32_t hx = qni_next_side(ha), hy = qni_next_side(hb);
     const uint32_t a = links->origin[ha], b = links->origin[hb];
-    const uint32_t to_a = links->twin[ha], from_b = links->twin[hx], to_b = links->twin[hb], from_a = links->twin[hy];
+    const uint32_t to_a = links->twin[ha], from_b = links->twin[hx], to_b = links->twin[hb],
+                   from_a = links->twin[hy];
     links->origin[from_b] = a;
     links->origin[qni_next_side(to_b)] = a;
     qni_pair(links->twin, to_a, from_b);
@@ -259,11 +273,12 @@ QN_HD_INLINE uint32_t qni_merge(qni_links *links, uint32_t quad, uint32_t *gone_
     return a;
 }
 
-/* Valence and halfedge of a vertex of closed fan, one of whose halfedges is `start`. Several may do this at once for one
- * vertex: they write the same. */
+/* Valence and halfedge of a vertex of closed fan, one of whose halfedges is `start`. Several may do
+ * this at once for one vertex: they write the same. */
 QN_HD_INLINE void qni_look_round(qni_links *links, uint32_t start) {
     uint32_t lowest = start, size = 1;
-    for (uint32_t h = qni_next_round(links->twin, start); h != start; h = qni_next_round(links->twin, h)) {
+    for (uint32_t h = qni_next_round(links->twin, start); h != start;
+         h = qni_next_round(links->twin, h)) {
         lowest = h < lowest ? h : lowest;
         ++size;
     }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-/* Restoring tunnels: the points round the two vertices that are cut out, and the tube of quads between them.
+/* Restoring tunnels: the points round the two vertices that are cut out, and the tube of quads
+ * between them.
  *
- * Every point starts on the border of the cell, where its mesh edge or its quad meets the surface, and goes part of the way to the
- * middle of the tunnel; from there it is brought back onto the surface along the gradient. */
+ * Every point starts on the border of the cell, where its mesh edge or its quad meets the surface,
+ * and goes part of the way to the middle of the tunnel; from there it is brought back onto the
+ * surface along the gradient. */
 #include "dmc/repair_parts.h"
 #include "dmc/vertex_hd.h"
 
@@ -20,7 +22,8 @@ static void edge_crossing(const double d[8], int edge, double local[3]) {
     local[axis] = d[from] / (d[from] - d[from | 1 << axis]);
 }
 
-/* The middle of the arc between two edges on their face; the middle of their crossings where the arc has shrunk to a point. */
+/* The middle of the arc between two edges on their face; the middle of their crossings where the
+ * arc has shrunk to a point. */
 static void segment_middle(const double d[8], int edge, int next, double local[3]) {
     const int face = qni_face_of_edges(edge, next), axis = face >> 1;
     const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
@@ -53,11 +56,13 @@ static double evaluate(const double d[8], const double at[3], double gradient[3]
         }
         gradient[a] = qni_bilinear(rise[0], rise[1], rise[2], rise[3], at[p], at[q]);
     }
-    return qni_lerp(qni_bilinear(d[0], d[1], d[2], d[3], at[0], at[1]), qni_bilinear(d[4], d[5], d[6], d[7], at[0], at[1]), at[2]);
+    return qni_lerp(qni_bilinear(d[0], d[1], d[2], d[3], at[0], at[1]),
+                    qni_bilinear(d[4], d[5], d[6], d[7], at[0], at[1]), at[2]);
 }
 
 static double distance(const double a[3], const double b[3]) {
-    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
+                (a[2] - b[2]) * (a[2] - b[2]));
 }
 
 /* Newton's method; false when it leaves the cell, or goes further than `reach`. */
@@ -65,7 +70,8 @@ static bool bring_to_surface(const double d[8], double reach, double at[3]) {
     double to[3] = {at[0], at[1], at[2]}, gradient[3], step = 1;
     for (int round = 0; round < 12 && step > 1e-7; ++round) {
         const double value = evaluate(d, to, gradient);
-        const double squares = gradient[0] * gradient[0] + gradient[1] * gradient[1] + gradient[2] * gradient[2];
+        const double squares =
+            gradient[0] * gradient[0] + gradient[1] * gradient[1] + gradient[2] * gradient[2];
         if (!(squares > 0))
             return false;
         step = fabs(value) / sqrt(squares);
@@ -81,12 +87,13 @@ static bool bring_to_surface(const double d[8], double reach, double at[3]) {
     return step <= 1e-7;
 }
 
-/* How far the points go to the tunnel's middle. On 280 tunnels of smoothed noise 0.5 left 75 of 5530 points off the surface,
- * since the gradient is small there, 0.4 left 17; 0.3 left 7 and more quads crossed. */
+/* How far the points go to the tunnel's middle. On 280 tunnels of smoothed noise 0.5 left 75 of
+ * 5530 points off the surface, since the gradient is small there, 0.4 left 17; 0.3 left 7 and more
+ * quads crossed. */
 static const double nearness = 0.4;
 
-static int place_point(const qni_repair_job *job, const qni_tunnel_cell *tunnel, const double d[8], const double border[3],
-                       uint32_t vertex) {
+static int place_point(const qni_repair_job *job, const qni_tunnel_cell *tunnel, const double d[8],
+                       const double border[3], uint32_t vertex) {
     const int64_t cell[3] = {tunnel->cell[0], tunnel->cell[1], tunnel->cell[2]};
     double local[3];
     for (int a = 0; a < 3; ++a)
@@ -118,7 +125,8 @@ int qni_tunnel_place_end(const qni_repair_job *job, int64_t index) {
 
 /* ---- the tube -------------------------------------------------------------------------------- */
 
-/* The ring of an end, as its quads' boundaries run: which edge each even place is of, and the vertices. */
+/* The ring of an end, as its quads' boundaries run: which edge each even place is of, and the
+ * vertices. */
 typedef struct ring {
     int count;
     int edge[LONGEST_RING];
@@ -133,26 +141,32 @@ static int cut_corner(const qni_quad_split *split, const qni_tunnel_end *end, in
 static void make_ring(const qni_dmc *dmc, const qni_tunnel_end *end, ring *r) {
     const qni_quad_split *first = dmc->repair->splits + end->split[0];
     const int corner = cut_corner(first, end, 0);
-    const bool as_polygon = qni_cut_side_vertex(dmc, first, corner, true) == qni_end_segment_vertex(dmc, end, 0);
+    const bool as_polygon =
+        qni_cut_side_vertex(dmc, first, corner, true) == qni_end_segment_vertex(dmc, end, 0);
     r->count = 2 * end->count;
     for (int n = 0; n < end->count; ++n) {
         const int edge = as_polygon || n == 0 ? n : end->count - n;
         r->edge[2 * n] = edge;
         r->vertex[2 * n] = qni_end_edge_vertex(dmc, end, edge);
-        r->vertex[2 * n + 1] = qni_end_segment_vertex(dmc, end, as_polygon ? edge : (edge + end->count - 1) % end->count);
+        r->vertex[2 * n + 1] = qni_end_segment_vertex(
+            dmc, end, as_polygon ? edge : (edge + end->count - 1) % end->count);
     }
 }
 
 /* The halfedge of a ring from place `at` to the next. */
-static uint32_t ring_halfedge(const qni_dmc *dmc, const qni_tunnel_end *end, const ring *r, int at) {
+static uint32_t ring_halfedge(const qni_dmc *dmc, const qni_tunnel_end *end, const ring *r,
+                              int at) {
     const int of_edge = at % 2 == 0 ? at : (at + 1) % r->count, edge = r->edge[of_edge];
     const qni_quad_split *split = dmc->repair->splits + end->split[edge];
-    const int corner_at = qni_split_corner_at(split, cut_corner(split, end, edge)), count = qni_split_boundary_size(split);
-    return qni_boundary_halfedge(dmc, split, at % 2 == 0 ? corner_at : (corner_at + count - 1) % count);
+    const int corner_at = qni_split_corner_at(split, cut_corner(split, end, edge)),
+              count = qni_split_boundary_size(split);
+    return qni_boundary_halfedge(dmc, split,
+                                 at % 2 == 0 ? corner_at : (corner_at + count - 1) % count);
 }
 
-/* Walks the tube: the longer ring backward from an even place, the shorter one forward. Where the longer ring has edges to
- * spare, one quad takes two of its steps, over a segment's point, which keeps the mesh edge it ends. */
+/* Walks the tube: the longer ring backward from an even place, the shorter one forward. Where the
+ * longer ring has edges to spare, one quad takes two of its steps, over a segment's point, which
+ * keeps the mesh edge it ends. */
 typedef struct tube_walk {
     const ring *longer, *shorter;
     int start[2];
@@ -164,12 +178,14 @@ typedef struct tube_walk {
 /* The next quad, and how many places it takes along the longer ring: 1 or 2. */
 static int walk_on(tube_walk *w, uint32_t quad[4]) {
     const int a_count = w->longer->count, b_count = w->shorter->count, edges = a_count / 2;
-    const int before = w->edge * (b_count / 2) / edges, after = (w->edge + 1) * (b_count / 2) / edges;
+    const int before = w->edge * (b_count / 2) / edges,
+              after = (w->edge + 1) * (b_count / 2) / edges;
     const int taken = after == before ? 2 : 1;
     const int a = w->start[0] + a_count - w->step[0], b = w->start[1] + w->step[1];
     quad[0] = w->longer->vertex[a % a_count];
     quad[1] = w->longer->vertex[(a + a_count - 1) % a_count];
-    quad[2] = taken == 2 ? w->longer->vertex[(a + a_count - 2) % a_count] : w->shorter->vertex[(b + 1) % b_count];
+    quad[2] = taken == 2 ? w->longer->vertex[(a + a_count - 2) % a_count]
+                         : w->shorter->vertex[(b + 1) % b_count];
     quad[3] = w->shorter->vertex[b % b_count];
     w->step[0] += taken;
     w->step[1] += taken == 1;
@@ -182,7 +198,8 @@ static int walk_on(tube_walk *w, uint32_t quad[4]) {
 static double squared_length(const float *positions, uint32_t from, uint32_t to) {
     double sum = 0;
     for (int a = 0; a < 3; ++a) {
-        const double step = (double)positions[3 * (size_t)to + a] - (double)positions[3 * (size_t)from + a];
+        const double step =
+            (double)positions[3 * (size_t)to + a] - (double)positions[3 * (size_t)from + a];
         sum += step * step;
     }
     return sum;
@@ -220,7 +237,8 @@ void qni_tunnel_close(const qni_repair_job *job, int64_t index) {
             }
         }
     memcpy(tube->start, best.start, sizeof tube->start);
-    uint32_t *quad = job->mesh->quads + 4 * (size_t)(dmc->quad_count + dmc->repair->split_quads + tube->first_quad);
+    uint32_t *quad = job->mesh->quads +
+                     4 * (size_t)(dmc->quad_count + dmc->repair->split_quads + tube->first_quad);
     for (; best.edge < rings[0].count / 2; quad += 4)
         walk_on(&best, quad);
 }
@@ -235,18 +253,22 @@ void qni_tunnel_link(const qni_dmc *dmc, int64_t index, uint32_t *twins) {
     const qni_tunnel_end *longer = dmc->repair->ends + 2 * index + tube->longer;
     const qni_tunnel_end *shorter = dmc->repair->ends + 2 * index + 1 - tube->longer;
     const int quads = longer->count + shorter->count;
-    const uint32_t first = (uint32_t)(4 * (dmc->quad_count + dmc->repair->split_quads + tube->first_quad));
+    const uint32_t first =
+        (uint32_t)(4 * (dmc->quad_count + dmc->repair->split_quads + tube->first_quad));
     ring rings[2];
     make_ring(dmc, longer, rings);
     make_ring(dmc, shorter, rings + 1);
-    tube_walk walk = {.longer = rings, .shorter = rings + 1, .start = {tube->start[0], tube->start[1]}};
+    tube_walk walk = {
+        .longer = rings, .shorter = rings + 1, .start = {tube->start[0], tube->start[1]}};
     for (int n = 0; n < quads; ++n) {
         const uint32_t h = first + 4 * (uint32_t)n, next = first + 4 * (uint32_t)((n + 1) % quads);
-        const int a = walk.start[0] + rings[0].count - walk.step[0], b = walk.start[1] + walk.step[1];
+        const int a = walk.start[0] + rings[0].count - walk.step[0],
+                  b = walk.start[1] + walk.step[1];
         uint32_t quad[4];
         const int taken = walk_on(&walk, quad);
         for (int k = 0; k < taken; ++k)
-            pair(twins, h + (uint32_t)k, ring_halfedge(dmc, longer, rings, (a + rings[0].count - 1 - k) % rings[0].count));
+            pair(twins, h + (uint32_t)k,
+                 ring_halfedge(dmc, longer, rings, (a + rings[0].count - 1 - k) % rings[0].count));
         if (taken == 1)
             pair(twins, h + 2, ring_halfedge(dmc, shorter, rings + 1, b % rings[1].count));
         pair(twins, h + (uint32_t)taken, next + 3);

@@ -1,22 +1,26 @@
 // SPDX-License-Identifier: MIT
 /* Which polygons of a cell the trilinear interpolant joins by a tunnel, decided exactly.
  *
- * Across an axis the interpolant is bilinear in every slice, so every part of a slice above (or below) the iso-value
- * holds one of its corners, and two parts with opposite corners a, c are one where a c - b d > 0 (>= 0 for above: a saddle at
- * the iso-value counts as above, as in face/face_hd.h). Hence the regions of the cell are those of its border, and two of
- * them are joined inside exactly if their edges along the axis - any one axis will do - carry a slice like that. With a, b, c, d
- * linear along the edges, a c - b d is a quadratic form in (s, t) = (1 - z, z). It is negative at both ends of the stretch where
- * a and c are above, else the regions would be joined on the border already; so it reaches 0 inside exactly if
- * its discriminant is not negative and its polar form of the two ends is positive. The discriminant is the
- * hyperdeterminant of the eight values, the same for all three axes. Both are sums of products of four values; where
- * rounding leaves their sign open they are summed without it. The surface has one part less than there are regions, since
- * regions and the parts of surface between them make a tree: two polygons are joined if the same two regions meet there. */
+ * Across an axis the interpolant is bilinear in every slice, so every part of a slice above (or
+ * below) the iso-value holds one of its corners, and two parts with opposite corners a, c are one
+ * where a c - b d > 0 (>= 0 for above: a saddle at the iso-value counts as above, as in
+ * face/face_hd.h). Hence the regions of the cell are those of its border, and two of them are
+ * joined inside exactly if their edges along the axis - any one axis will do - carry a slice like
+ * that. With a, b, c, d linear along the edges, a c - b d is a quadratic form in (s, t) = (1 - z,
+ * z). It is negative at both ends of the stretch where a and c are above, else the regions would be
+ * joined on the border already; so it reaches 0 inside exactly if its discriminant is not negative
+ * and its polar form of the two ends is positive. The discriminant is the hyperdeterminant of the
+ * eight values, the same for all three axes. Both are sums of products of four values; where
+ * rounding leaves their sign open they are summed without it. The surface has one part less than
+ * there are regions, since regions and the parts of surface between them make a tree: two polygons
+ * are joined if the same two regions meet there. */
 #ifndef QNI_DMC_TUNNEL_HD_H
 #define QNI_DMC_TUNNEL_HD_H
 
 #include "dmc/cell_hd.h"
 
-/* ---- signs of sums of products, exact for magnitudes between 1e-60 and 1e70 (and 0) ------------ */
+/* ---- signs of sums of products, exact for magnitudes between 1e-60 and 1e70 (and 0) ------------
+ */
 
 enum { QNI_MOST_PRODUCTS = 12, QNI_PARTS_OF_PRODUCT = 8 };
 
@@ -106,7 +110,8 @@ QN_HD static inline int qni_discriminant_sign(const double d[8]) {
 
 /* ---- one pair of opposite edges -------------------------------------------------------------- */
 
-/* Values of the four edges along z at the cell's lower and upper end; a and c are opposite, above where their sign is `sign`. */
+/* Values of the four edges along z at the cell's lower and upper end; a and c are opposite, above
+ * where their sign is `sign`. */
 typedef struct qni_edge_pair {
     double a[2], b[2], c[2], d[2];
 } qni_edge_pair;
@@ -117,7 +122,8 @@ typedef struct qni_edge_place {
 } qni_edge_place;
 
 /* Where an edge is above: from one place to the other. */
-QN_HD_INLINE void qni_edge_above(const double v[2], const int above[2], qni_edge_place *from, qni_edge_place *to) {
+QN_HD_INLINE void qni_edge_above(const double v[2], const int above[2], qni_edge_place *from,
+                                 qni_edge_place *to) {
     const double size_0 = v[0] < 0 ? -v[0] : v[0], size_1 = v[1] < 0 ? -v[1] : v[1];
     from->s = above[0] ? 1 : size_1;
     from->t = above[0] ? 0 : size_0;
@@ -148,12 +154,14 @@ QN_HD static inline int qni_polar_sign(const qni_edge_pair *e, qni_edge_place p,
     return qni_sign_of_products(&sum);
 }
 
-/* The edges at columns `first` and its opposite, 3 - first, of a cell: joined inside on the given side (1: above)? To
- * be asked of edges whose regions are apart on the border, with a discriminant that allows it. The ends of
- * the stretch where both edges are on that side are given back. */
-QN_HD static inline int qni_edges_join(const double d[8], int first, int side, qni_edge_place stretch[2]) {
+/* The edges at columns `first` and its opposite, 3 - first, of a cell: joined inside on the given
+ * side (1: above)? To be asked of edges whose regions are apart on the border, with a discriminant
+ * that allows it. The ends of the stretch where both edges are on that side are given back. */
+QN_HD static inline int qni_edges_join(const double d[8], int first, int side,
+                                       qni_edge_place stretch[2]) {
     const int a = first, c = 3 - first, b = first ^ 1, e = c ^ 1;
-    const qni_edge_pair pair = {{d[a], d[a + 4]}, {d[b], d[b + 4]}, {d[c], d[c + 4]}, {d[e], d[e + 4]}};
+    const qni_edge_pair pair = {
+        {d[a], d[a + 4]}, {d[b], d[b + 4]}, {d[c], d[c + 4]}, {d[e], d[e + 4]}};
     const int above_a[2] = {(d[a] >= 0) == side, (d[a + 4] >= 0) == side};
     const int above_c[2] = {(d[c] >= 0) == side, (d[c + 4] >= 0) == side};
     if (!(above_a[0] || above_a[1]) || !(above_c[0] || above_c[1]))
@@ -163,7 +171,8 @@ QN_HD static inline int qni_edges_join(const double d[8], int first, int side, q
     qni_edge_above(pair.c, above_c, &from_c, &to_c);
     stretch[0] = qni_compare_places(from_a, from_c) >= 0 ? from_a : from_c;
     stretch[1] = qni_compare_places(to_a, to_c) <= 0 ? to_a : to_c;
-    return qni_compare_places(stretch[0], stretch[1]) < 0 && qni_polar_sign(&pair, stretch[0], stretch[1]) > 0;
+    return qni_compare_places(stretch[0], stretch[1]) < 0 &&
+           qni_polar_sign(&pair, stretch[0], stretch[1]) > 0;
 }
 
 /* ---- the cell -------------------------------------------------------------------------------- */
@@ -175,8 +184,9 @@ typedef struct qni_tunnel {
     double middle[3]; /* the saddle of the widest slice along z, local */
 } qni_tunnel;
 
-/* The region of each corner: the lowest corner that the cell's border joins with it. Joined are the ends of an edge
- * without crossing, and the far corners of a face whose segments cut off the other two. */
+/* The region of each corner: the lowest corner that the cell's border joins with it. Joined are the
+ * ends of an edge without crossing, and the far corners of a face whose segments cut off the other
+ * two. */
 QN_HD static inline void qni_corner_regions(const double d[8], int entry, int region[8]) {
     const uint64_t next_code = qni_entry_next_code(entry);
     int changed = 1;
@@ -186,12 +196,16 @@ QN_HD static inline void qni_corner_regions(const double d[8], int entry, int re
         changed = 0;
         for (int face = 0; face < QNI_FACES; ++face)
             for (int n = 0; n < 4; ++n) {
-                const int here = qni_face_corner(face, n), ahead = qni_face_corner(face, (n + 1) & 3);
+                const int here = qni_face_corner(face, n),
+                          ahead = qni_face_corner(face, (n + 1) & 3);
                 const int across = qni_face_corner(face, (n + 2) & 3);
                 const int edge = qni_face_edge(face, n), before = qni_face_edge(face, (n + 3) & 3);
-                const int cut = (int)(next_code >> (4 * edge) & 15) == before || (int)(next_code >> (4 * before) & 15) == edge;
+                const int cut = (int)(next_code >> (4 * edge) & 15) == before ||
+                                (int)(next_code >> (4 * before) & 15) == edge;
                 const int same = (d[here] >= 0) == (d[ahead] >= 0);
-                const int other = same ? ahead : (d[here] >= 0) == (d[across] >= 0) && !cut ? across : here;
+                const int other = same                                         ? ahead
+                                  : (d[here] >= 0) == (d[across] >= 0) && !cut ? across
+                                                                               : here;
                 const int lowest = region[here] < region[other] ? region[here] : region[other];
                 changed = changed || region[here] != region[other];
                 region[here] = region[other] = lowest;
@@ -206,7 +220,8 @@ QN_HD_INLINE void qni_merge_regions(int region[8], int a, int b) {
 }
 
 /* Where a c - b d is largest between the two ends, and the saddle of that slice. */
-QN_HD static inline void qni_tunnel_middle(const double d[8], const qni_edge_place stretch[2], double middle[3]) {
+QN_HD static inline void qni_tunnel_middle(const double d[8], const qni_edge_place stretch[2],
+                                           double middle[3]) {
     double bound[2], q[3];
     for (int n = 0; n < 2; ++n)
         bound[n] = stretch[n].t / (stretch[n].s + stretch[n].t);
@@ -233,7 +248,8 @@ QN_HD static inline int qni_find_tunnel(const double d[8], int entry, qni_tunnel
     const int discriminant = qni_discriminant_sign(d);
     if (discriminant < 0)
         return 0;
-    /* The cheap question first: pairs of edges that would join, if the border has not joined them already. */
+    /* The cheap question first: pairs of edges that would join, if the border has not joined them
+     * already. */
     qni_edge_place stretch[4][2];
     int joining = 0, found = 0, region[8], label[4] = {-1, -2, -3, -4};
     for (int n = 0; n < 4; ++n)
@@ -246,7 +262,8 @@ QN_HD static inline int qni_find_tunnel(const double d[8], int entry, qni_tunnel
         if (!(joining >> n & 1))
             continue;
         const int side = n < 2, a = n & 1, c = 3 - a;
-        const int corner_a = (d[a] >= 0) == side ? a : a + 4, corner_c = (d[c] >= 0) == side ? c : c + 4;
+        const int corner_a = (d[a] >= 0) == side ? a : a + 4,
+                  corner_c = (d[c] >= 0) == side ? c : c + 4;
         if (region[corner_a] == region[corner_c])
             continue;
         /* Swapping the two diagonals turns the form's sign: its extremum stays where it is. */

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
-/* Where the vertex of an MC polygon lies: on the trilinear surface, on the polygon's own branch, near its middle.
+/* Where the vertex of an MC polygon lies: on the trilinear surface, on the polygon's own branch,
+ * near its middle.
  *
- * [DMC21] section 3.1.2 samples each branch and keeps the sample next to the middle of the polygon. Here the point is found
- * directly, with + - * / alone, so that every processor gets the same bits:
- *  1. A cell with one polygon holds one branch. An axis line through the middle of the crossings that changes sign
- *     between its ends meets it once; of the three axes' points the one nearest to the middle is taken.
- *  2. Else a slice of the cell through the middle: the trilinear interpolant is bilinear there, each of its arcs is
- *     monotone, and joins two crossings that lie on known face segments of known polygons. The arc's own middle
- *     is a point of the branch. A slice is tried at the middle, then at fixed fractions of the polygon's extent.
- * Corner values are less iso; coordinates are local, 0 to 1. */
+ * [DMC21] section 3.1.2 samples each branch and keeps the sample next to the middle of the polygon.
+ * Here the point is found directly, with + - * / alone, so that every processor gets the same bits:
+ *  1. A cell with one polygon holds one branch. An axis line through the middle of the crossings
+ * that changes sign between its ends meets it once; of the three axes' points the one nearest to
+ * the middle is taken.
+ *  2. Else a slice of the cell through the middle: the trilinear interpolant is bilinear there,
+ * each of its arcs is monotone, and joins two crossings that lie on known face segments of known
+ * polygons. The arc's own middle is a point of the branch. A slice is tried at the middle, then at
+ * fixed fractions of the polygon's extent. Corner values are less iso; coordinates are local, 0
+ * to 1. */
 #ifndef QNI_DMC_VERTEX_HD_H
 #define QNI_DMC_VERTEX_HD_H
 
@@ -34,7 +37,8 @@ QN_HD_INLINE double qni_lerp(double a, double b, double t) {
     return a + t * (b - a);
 }
 
-QN_HD_INLINE double qni_bilinear(double a00, double a10, double a01, double a11, double u, double v) {
+QN_HD_INLINE double qni_bilinear(double a00, double a10, double a01, double a11, double u,
+                                 double v) {
     return qni_lerp(qni_lerp(a00, a10, u), qni_lerp(a01, a11, u), v);
 }
 
@@ -44,7 +48,8 @@ QN_HD_INLINE double qni_distance(double a) {
 
 /* ---- cells with one polygon ------------------------------------------------------------------ */
 
-/* The point of an axis line; `distance` from the middle along it is at least 2 when it misses the surface. */
+/* The point of an axis line; `distance` from the middle along it is at least 2 when it misses the
+ * surface. */
 typedef struct qni_axis_hit {
     double at, distance;
 } qni_axis_hit;
@@ -58,8 +63,9 @@ QN_HD_INLINE qni_axis_hit qni_axis_line(double low, double high, double middle) 
     return result;
 }
 
-/* One edge's share in the sum of crossings: where it is crossed, and whether. The middle of the crossings only says where to
- * look for the surface, so single precision will do; where it overflows, the line misses and slices find the point. */
+/* One edge's share in the sum of crossings: where it is crossed, and whether. The middle of the
+ * crossings only says where to look for the surface, so single precision will do; where it
+ * overflows, the line misses and slices find the point. */
 QN_HD_INLINE float qni_crossing(float a, float b) {
     const float at = a / (a - b);
     return (a >= 0) != (b >= 0) ? at : 0;
@@ -77,30 +83,31 @@ typedef struct qni_axis_point {
 /* Written without branches and arrays, so that compilers turn a loop over it into vector code. */
 QN_HD_INLINE qni_axis_point qni_point_of_one(double d0, double d1, double d2, double d3, double d4,
                                              double d5, double d6, double d7) {
-    const float f0 = (float)d0, f1 = (float)d1, f2 = (float)d2, f3 = (float)d3, f4 = (float)d4, f5 = (float)d5,
-                f6 = (float)d6, f7 = (float)d7;
+    const float f0 = (float)d0, f1 = (float)d1, f2 = (float)d2, f3 = (float)d3, f4 = (float)d4,
+                f5 = (float)d5, f6 = (float)d6, f7 = (float)d7;
     const float n0 = qni_crossed(f0, f1), n1 = qni_crossed(f2, f3), n2 = qni_crossed(f4, f5),
-                 n3 = qni_crossed(f6, f7), n4 = qni_crossed(f0, f2), n5 = qni_crossed(f1, f3),
-                 n6 = qni_crossed(f4, f6), n7 = qni_crossed(f5, f7), n8 = qni_crossed(f0, f4),
-                 n9 = qni_crossed(f1, f5), n10 = qni_crossed(f2, f6), n11 = qni_crossed(f3, f7);
-    const float along_x =
-        (qni_crossing(f0, f1) + qni_crossing(f2, f3)) + (qni_crossing(f4, f5) + qni_crossing(f6, f7));
-    const float along_y =
-        (qni_crossing(f0, f2) + qni_crossing(f1, f3)) + (qni_crossing(f4, f6) + qni_crossing(f5, f7));
-    const float along_z =
-        (qni_crossing(f0, f4) + qni_crossing(f1, f5)) + (qni_crossing(f2, f6) + qni_crossing(f3, f7));
-    const float count = ((n0 + n1) + (n2 + n3)) + ((n4 + n5) + (n6 + n7)) + ((n8 + n9) + (n10 + n11));
+                n3 = qni_crossed(f6, f7), n4 = qni_crossed(f0, f2), n5 = qni_crossed(f1, f3),
+                n6 = qni_crossed(f4, f6), n7 = qni_crossed(f5, f7), n8 = qni_crossed(f0, f4),
+                n9 = qni_crossed(f1, f5), n10 = qni_crossed(f2, f6), n11 = qni_crossed(f3, f7);
+    const float along_x = (qni_crossing(f0, f1) + qni_crossing(f2, f3)) +
+                          (qni_crossing(f4, f5) + qni_crossing(f6, f7));
+    const float along_y = (qni_crossing(f0, f2) + qni_crossing(f1, f3)) +
+                          (qni_crossing(f4, f6) + qni_crossing(f5, f7));
+    const float along_z = (qni_crossing(f0, f4) + qni_crossing(f1, f5)) +
+                          (qni_crossing(f2, f6) + qni_crossing(f3, f7));
+    const float count =
+        ((n0 + n1) + (n2 + n3)) + ((n4 + n5) + (n6 + n7)) + ((n8 + n9) + (n10 + n11));
     const float share = 1 / count;
     const double x = (double)((along_x + ((n5 + n7) + (n9 + n11))) * share);
     const double y = (double)((along_y + ((n1 + n3) + (n10 + n11))) * share);
     const double z = (double)((along_z + ((n2 + n3) + (n6 + n7))) * share);
 
-    const qni_axis_hit on_x = qni_axis_line(qni_bilinear(d0, d2, d4, d6, y, z),
-                                            qni_bilinear(d1, d3, d5, d7, y, z), x);
-    const qni_axis_hit on_y = qni_axis_line(qni_bilinear(d0, d1, d4, d5, x, z),
-                                            qni_bilinear(d2, d3, d6, d7, x, z), y);
-    const qni_axis_hit on_z = qni_axis_line(qni_bilinear(d0, d1, d2, d3, x, y),
-                                            qni_bilinear(d4, d5, d6, d7, x, y), z);
+    const qni_axis_hit on_x =
+        qni_axis_line(qni_bilinear(d0, d2, d4, d6, y, z), qni_bilinear(d1, d3, d5, d7, y, z), x);
+    const qni_axis_hit on_y =
+        qni_axis_line(qni_bilinear(d0, d1, d4, d5, x, z), qni_bilinear(d2, d3, d6, d7, x, z), y);
+    const qni_axis_hit on_z =
+        qni_axis_line(qni_bilinear(d0, d1, d2, d3, x, y), qni_bilinear(d4, d5, d6, d7, x, y), z);
     const int take_x = on_x.distance <= on_y.distance && on_x.distance <= on_z.distance;
     const int take_y = !take_x && on_y.distance <= on_z.distance;
     qni_axis_point result;
@@ -125,8 +132,8 @@ QN_HD_INLINE double qni_crossing_coordinate(const qni_polygon *polygon, int edge
     return qni_edge_axis(edge) == axis ? polygon->at[edge] : (double)qni_edge_side(edge, axis);
 }
 
-QN_HD static inline void qni_polygon_init(qni_polygon *polygon, const double d[8], unsigned edge_mask,
-                                          uint64_t next_code) {
+QN_HD static inline void qni_polygon_init(qni_polygon *polygon, const double d[8],
+                                          unsigned edge_mask, uint64_t next_code) {
     double sum[3] = {0, 0, 0};
     int count = 0;
     polygon->edge_mask = edge_mask;
@@ -152,8 +159,8 @@ QN_HD static inline void qni_polygon_init(qni_polygon *polygon, const double d[8
         polygon->middle[axis] = sum[axis] / count;
 }
 
-/* A square of bilinear values: v[u + 2 w] at its corners, and which of its sides (u=0, u=1, w=0, w=1) a segment of
- * the polygon crosses. */
+/* A square of bilinear values: v[u + 2 w] at its corners, and which of its sides (u=0, u=1, w=0,
+ * w=1) a segment of the polygon crosses. */
 typedef struct qni_square {
     double v[4];
     int own[4];
@@ -215,7 +222,8 @@ QN_HD static inline void qni_square_pairs(const qni_square *square, int partner[
 }
 
 /* The arc of the square on the polygon that comes nearest to `middle`; squared distance, or -1. */
-QN_HD static inline double qni_square_point(const qni_square *square, const double middle[2], double uw[2]) {
+QN_HD static inline double qni_square_point(const qni_square *square, const double middle[2],
+                                            double uw[2]) {
     int partner[4];
     double best = -1;
     qni_square_pairs(square, partner);
@@ -236,8 +244,8 @@ QN_HD static inline double qni_square_point(const qni_square *square, const doub
 }
 
 /* The slice of the cell at `at` along `axis`. */
-QN_HD static inline void qni_slice(const qni_polygon *polygon, const double d[8], int axis, double at,
-                                   qni_square *square) {
+QN_HD static inline void qni_slice(const qni_polygon *polygon, const double d[8], int axis,
+                                   double at, qni_square *square) {
     const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     for (int n = 0; n < 4; ++n) {
         const int corner = ((n & 1) << p) | ((n >> 1) << q);
@@ -258,8 +266,10 @@ QN_HD static inline void qni_slice(const qni_polygon *polygon, const double d[8]
     }
 }
 
-/* The cell face that carries the polygon's widest segment, as a square owned by that segment alone. */
-QN_HD static inline int qni_widest_face(const qni_polygon *polygon, const double d[8], qni_square *square) {
+/* The cell face that carries the polygon's widest segment, as a square owned by that segment alone.
+ */
+QN_HD static inline int qni_widest_face(const qni_polygon *polygon, const double d[8],
+                                        qni_square *square) {
     double widest = -1;
     int widest_edge = 0;
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
@@ -292,10 +302,10 @@ QN_HD static inline int qni_widest_face(const qni_polygon *polygon, const double
     return face;
 }
 
-/* The nearest point to the polygon's middle on the slice at `at` along `axis`, if nearer than `best`, the squared
- * distance so far (negative: none yet). */
-QN_HD static inline void qni_try_slice(const qni_polygon *polygon, const double d[8], int axis, double at,
-                                       double *best, double point[3]) {
+/* The nearest point to the polygon's middle on the slice at `at` along `axis`, if nearer than
+ * `best`, the squared distance so far (negative: none yet). */
+QN_HD static inline void qni_try_slice(const qni_polygon *polygon, const double d[8], int axis,
+                                       double at, double *best, double point[3]) {
     const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     const double middle[2] = {polygon->middle[p], polygon->middle[q]};
     const double off = at - polygon->middle[axis];
@@ -313,7 +323,8 @@ QN_HD static inline void qni_try_slice(const qni_polygon *polygon, const double 
 }
 
 /* A face arc of the polygon, or at last one of its crossings: these are on its branch too. */
-QN_HD static inline void qni_point_on_face(const qni_polygon *polygon, const double d[8], double point[3]) {
+QN_HD static inline void qni_point_on_face(const qni_polygon *polygon, const double d[8],
+                                           double point[3]) {
     qni_square square;
     double uw[2] = {0, 0};
     const int face = qni_widest_face(polygon, d, &square), axis = face >> 1;
@@ -333,8 +344,10 @@ QN_HD static inline void qni_point_on_face(const qni_polygon *polygon, const dou
 }
 
 /* The vertex of any polygon of a cell with corner values d. */
-QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned edge_mask, uint64_t next_code) {
-    /* Fractions of the extent are tried in pairs from both ends, so that a turned cell gets the turned point. */
+QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned edge_mask,
+                                                   uint64_t next_code) {
+    /* Fractions of the extent are tried in pairs from both ends, so that a turned cell gets the
+     * turned point. */
     const double fractions[5] = {0, 0.25, 0.1, 0.5, 0.03125};
     qni_polygon polygon;
     qni_point point;
@@ -368,8 +381,9 @@ QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned e
 
 /* ---- gradients ------------------------------------------------------------------------------- */
 
-/* Twice the gradient along one axis at (u, v, w), by central differences at the corners, interpolated: the four values of
- * `plane_..` are bilinear values on the lattice planes -1, 0, 1, 2 across the axis; u is the place along it. */
+/* Twice the gradient along one axis at (u, v, w), by central differences at the corners,
+ * interpolated: the four values of `plane_..` are bilinear values on the lattice planes -1, 0, 1, 2
+ * across the axis; u is the place along it. */
 QN_HD_INLINE double qni_central_gradient(double plane_before, double plane_0, double plane_1,
                                          double plane_after, double u) {
     return qni_lerp(plane_1 - plane_before, plane_after - plane_0, u);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-/* quoin-make-volume: writes an implicit surface of [DMC21] as a NumPy file of n^3 samples, 32-bit floats.
+/* quoin-make-volume: writes an implicit surface of [DMC21] as a NumPy file of n^3 samples, 32-bit
+ * floats.
  *
- *   quoin-make-volume gen2 256 gen2.npy    f = 2y(y^2 - 3x^2)(1 - z^2) + (x^2 + y^2)^2 - (9z^2 - 1)(1 - z^2)
- *                                          at -2 + 4i/(n - 1) on each axis
- *   quoin-make-volume iwp 512 iwp.npy      f = cos x cos y + cos y cos z + cos z cos x - cos x cos y cos z
- *                                          at 10.02 pi i/(n - 1) on each axis
- * The surface is f = 0. Fields are evaluated in double. x runs fastest (Fortran order: a[i, j, k]). */
+ *   quoin-make-volume gen2 256 gen2.npy    f = 2y(y^2 - 3x^2)(1 - z^2) + (x^2 + y^2)^2 - (9z^2 -
+ * 1)(1 - z^2) at -2 + 4i/(n - 1) on each axis quoin-make-volume iwp 512 iwp.npy      f = cos x cos
+ * y + cos y cos z + cos z cos x - cos x cos y cos z at 10.02 pi i/(n - 1) on each axis The surface
+ * is f = 0. Fields are evaluated in double. x runs fastest (Fortran order: a[i, j, k]). */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -35,9 +35,9 @@ typedef double field_function(double x, double y, double z);
 
 static int write_header(FILE *file, int n) {
     char text[118];
-    int length = snprintf(text, sizeof text,
-                          "{'descr': '<f4', 'fortran_order': True, 'shape': (%d, %d, %d), }", n, n,
-                          n);
+    int length =
+        snprintf(text, sizeof text,
+                 "{'descr': '<f4', 'fortran_order': True, 'shape': (%d, %d, %d), }", n, n, n);
     memset(text + length, ' ', sizeof text - (size_t)length);
     text[sizeof text - 1] = '\n';
     static const unsigned char magic[10] = {0x93, 'N', 'U', 'M', 'P', 'Y', 1, 0, sizeof text, 0};

@@ -18,18 +18,23 @@ static qn_status one_isovalue(qn_context *context, const qn_volume *volume, doub
     return QN_OK;
 }
 
-static qn_status check_options(const qn_surface_options *options, qn_mesh **meshes_out, qn_error *error) {
+static qn_status check_options(const qn_surface_options *options, qn_mesh **meshes_out,
+                               qn_error *error) {
     QNI_CHECK_OPTIONS(options, "qn_surface_options_init", error);
     if (options->isovalue_count < 0 || (options->isovalue_count > 0 && !options->isovalues))
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "isovalue_count does not go with isovalues");
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "isovalue_count does not go with isovalues");
     if (options->simplify_passes < -1)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "simplify_passes is %d: take 0 (until done), a number of passes, or -1",
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "simplify_passes is %d: take 0 (until done), a number of passes, or -1",
                         (int)options->simplify_passes);
     if (options->relax < 0)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "relax is %d: it counts sweeps and cannot be negative",
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "relax is %d: it counts sweeps and cannot be negative",
                         (int)options->relax);
     if (!meshes_out && !options->count_only)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "meshes_out may be NULL only with count_only");
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "meshes_out may be NULL only with count_only");
     return QN_OK;
 }
 
@@ -48,7 +53,8 @@ qn_status qn_surface(qn_context *context, const qn_volume *volume,
     for (int32_t n = 0; n < count; ++n) {
         qn_surface_report report;
         qn_mesh *mesh = NULL;
-        qn_status status = one_isovalue(context, volume, isovalues[n], options, &mesh, &report, error);
+        qn_status status =
+            one_isovalue(context, volume, isovalues[n], options, &mesh, &report, error);
         if (meshes_out)
             meshes_out[n] = mesh;
         if (status != QN_OK) {
@@ -68,17 +74,21 @@ qn_status qn_surface(qn_context *context, const qn_volume *volume,
 
 static qn_status check_solid_options(const qn_solid_surface_options *options, qn_error *error) {
     QNI_CHECK_OPTIONS(options, "qn_solid_surface_options_init", error);
-    const int32_t depth = options->depth ? options->depth : 7, base = options->base ? options->base : 8;
+    const int32_t depth = options->depth ? options->depth : 7,
+                  base = options->base ? options->base : 8;
     if (depth < QN_MIN_DEPTH || depth > QN_MAX_DEPTH)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "depth %d: give a number from %d to %d", depth,
-                        QN_MIN_DEPTH, QN_MAX_DEPTH);
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "depth %d: give a number from %d to %d",
+                        depth, QN_MIN_DEPTH, QN_MAX_DEPTH);
     if (base < 1 || (base & (base - 1)) || base > 1 << depth)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "base %d: give a power of two from 1 to 2^depth = %d", base, 1 << depth);
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "base %d: give a power of two from 1 to 2^depth = %d", base, 1 << depth);
     if (!(options->tolerance >= 0) || !isfinite(options->tolerance))
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "tolerance %g: give a length, or 0 for a twentieth of a finest cell",
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "tolerance %g: give a length, or 0 for a twentieth of a finest cell",
                         options->tolerance);
     if (!(options->crease >= 0) || options->crease > 180)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "crease angle %g: give degrees from 0 to 180", options->crease);
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "crease angle %g: give degrees from 0 to 180", options->crease);
     return QN_OK;
 }
 
@@ -92,7 +102,8 @@ qn_status qn_solid_surface(qn_context *context, const qn_solid *solid,
     QN_TRY(check_solid_options(options, error));
     if (!QNI_HAVE_LAPACKE)
         return qni_fail(error, QN_ERROR_UNSUPPORTED,
-                        "this build has no surfaces of solids: install liblapacke-dev and build with -Dlapacke=enabled");
+                        "this build has no surfaces of solids: install liblapacke-dev and build "
+                        "with -Dlapacke=enabled");
     qn_solid_surface_report report;
     memset(&report, 0, sizeof report);
     QN_TRY(qni_cms_surface(context, solid, options, mesh_out, &report, error));

@@ -96,8 +96,10 @@ void help_verb(FILE *file, cli_verb verb) {
 }
 
 void help_tool(FILE *file) {
-    fprintf(file, "quoin %s: surfaces of volumes as clean meshes\n\n"
-                  "usage: quoin VERB INPUT -o OUTPUT [options]\n\n", qn_version());
+    fprintf(file,
+            "quoin %s: surfaces of volumes as clean meshes\n\n"
+            "usage: quoin VERB INPUT -o OUTPUT [options]\n\n",
+            qn_version());
     for (int verb = 0; verb < VERB_COUNT; ++verb) {
         fprintf(file, "  %-9s ", cli_verbs[verb].name);
         print_wrapped(file, cli_verbs[verb].summary, 12, 12);
@@ -167,10 +169,11 @@ void help_man(FILE *file) {
     fprintf(file, ".TH QUOIN 1 \"\" \"quoin %s\" \"User Commands\"\n", qn_version());
     fputs(".SH NAME\nquoin \\- surfaces of volumes as clean meshes\n.SH SYNOPSIS\n", file);
     fputs(".B quoin\n.I VERB INPUT\n.B \\-o\n.I OUTPUT\n[options]\n.SH DESCRIPTION\n", file);
-    print_roff(file, "Turns volumes (CT, MRI, distance fields) into quad or triangle meshes in world "
-                     "coordinates. All talk goes to stderr; stdout carries only what was asked for. "
-                     "Files appear whole or not at all. The result is the same for any number of "
-                     "threads.");
+    print_roff(file,
+               "Turns volumes (CT, MRI, distance fields) into quad or triangle meshes in world "
+               "coordinates. All talk goes to stderr; stdout carries only what was asked for. "
+               "Files appear whole or not at all. The result is the same for any number of "
+               "threads.");
     fputs("\n.SH VERBS\n", file);
     for (int verb = 0; verb < VERB_COUNT; ++verb)
         man_verb(file, (cli_verb)verb);
@@ -186,7 +189,8 @@ void help_completion(FILE *file) {
           "_quoin() {\n"
           "    local word=${COMP_WORDS[COMP_CWORD]} verb=${COMP_WORDS[1]} options=\n"
           "    if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
-          "        COMPREPLY=($(compgen -W \"", file);
+          "        COMPREPLY=($(compgen -W \"",
+          file);
     for (int verb = 0; verb < VERB_COUNT; ++verb)
         fprintf(file, "%s%s", verb ? " " : "", cli_verbs[verb].name);
     fputs("\" -- \"$word\"))\n        return\n    fi\n    case $verb in\n", file);
@@ -206,5 +210,6 @@ void help_completion(FILE *file) {
           "    *) COMPREPLY=($(compgen -f -- \"$word\")) ;;\n"
           "    esac\n"
           "}\n"
-          "complete -o filenames -F _quoin quoin\n", file);
+          "complete -o filenames -F _quoin quoin\n",
+          file);
 }

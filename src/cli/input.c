@@ -18,7 +18,7 @@ static bool is_mesh_format(const char *name) {
 
 static bool is_volume_ending(const char *name) {
     static const char *const names[] = {"nii", "hdr", "img", "nrrd", "nhdr", "mha", "mhd",
-                                        "npy", "inr", "vol", "raw", "bin",  "dat"};
+                                        "npy", "inr", "vol", "raw",  "bin",  "dat"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; ++i)
         if (strcasecmp(name, names[i]) == 0)
             return true;

@@ -32,8 +32,10 @@ static int unknown_verb(const char *name) {
     if (name[0] != '-' && access(name, F_OK) == 0)
         return cli_usage("'%s' is a file: a verb comes first, for example 'quoin info %s'", name,
                          name);
-    return cli_usage("'%s' is not a verb; they are mesh, csg, info, check, convert, view ('quoin help' "
-                     "tells more)", name);
+    return cli_usage(
+        "'%s' is not a verb; they are mesh, csg, info, check, convert, view ('quoin help' "
+        "tells more)",
+        name);
 }
 
 static int print_version(void) {
@@ -57,8 +59,8 @@ static int run_help(const cli_options *options) {
 }
 
 static int run_verb(const cli_options *options) {
-    static int (*const verbs[])(cli_session *) = {verb_mesh, verb_csg, verb_info, verb_check, verb_convert,
-                                                  verb_view};
+    static int (*const verbs[])(cli_session *) = {verb_mesh,  verb_csg,     verb_info,
+                                                  verb_check, verb_convert, verb_view};
     cli_session session;
     int exit_code = cli_session_open(&session, options);
     if (!exit_code)

@@ -28,7 +28,8 @@ void mesh_job_say_empty(const mesh_job *job, double isovalue) {
         cli_say("%s: no surface: all values are %s", path, low);
     else if (s->suggestion_count > 0 && s->suggested != isovalue)
         cli_say("%s: no surface at iso %s: values run from %s to %s; try --iso %s or 'quoin info "
-                "%s'", path, number_format_real(isovalue, iso), low, high,
+                "%s'",
+                path, number_format_real(isovalue, iso), low, high,
                 number_format_real(s->suggested, better), path);
     else
         cli_say("%s: no surface at iso %s: values run from %s to %s; see 'quoin info %s'", path,
@@ -43,14 +44,14 @@ static void tell_details(const mesh_job *job, int32_t i) {
              "), cells with several polygons %" PRId64 ", fallback points %" PRId64
              ", degenerate points %" PRId64 ", doubled edges taken apart %" PRId64
              ", tunnels inside cells %" PRId64 ", restored %" PRId64,
-             s->active_cells, s->ambiguous_faces, s->tied_faces,
-             s->multiple_cells, s->fallback_points, s->degenerate_points, s->repaired_edges,
-             s->tunnels, s->restored_tunnels);
+             s->active_cells, s->ambiguous_faces, s->tied_faces, s->multiple_cells,
+             s->fallback_points, s->degenerate_points, s->repaired_edges, s->tunnels,
+             s->restored_tunnels);
     if (s->simplify_passes > 0)
         cli_tell(job->session,
                  "  simplified in %d passes: %" PRId64 " quads removed by 3-X-3-Y, %" PRId64
-                 " by 3-3-3-3; %.3f s", (int)s->simplify_passes, s->merged_quads, s->shrunk_quads,
-                 s->seconds_simplify);
+                 " by 3-3-3-3; %.3f s",
+                 (int)s->simplify_passes, s->merged_quads, s->shrunk_quads, s->seconds_simplify);
     if (job->session->options->relax > 0)
         cli_tell(job->session, "  relaxed: %" PRId64 " vertices moved; %.3f s", s->relaxed_vertices,
                  s->seconds_relax);
@@ -64,7 +65,8 @@ static void tell_samples(const mesh_job *job, int32_t i) {
     if (i == 0 && s->nan_samples + s->infinite_samples > 0)
         cli_tell(job->session,
                  "%s: %" PRId64 " samples are not numbers (taken as outside), %" PRId64
-                 " are infinite", job->session->options->input, s->nan_samples, s->infinite_samples);
+                 " are infinite",
+                 job->session->options->input, s->nan_samples, s->infinite_samples);
 }
 
 /* "1,234 vertices, 1,232 quads" of what is written. */
@@ -139,18 +141,19 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 
 static json_t *report_options(const mesh_job *job) {
     const cli_options *options = job->session->options;
-    return json_pack(
-        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, s:s, s:i, s:b}", "isovalues",
-        report_reals(job->isovalues, job->count), "isovalues_chosen",
-        options->isovalue_count > 0 ? "given" : "auto", "inside",
-        job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
-        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold",
-        !options->keep_doubled, "topology", options->exact_topology ? "exact" : "discs", "simplify",
-        options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
-        !options->no_reproject, "relax", (int)options->relax, "faces",
-        options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
-        options->ascii, "mode", "dmc", "device", "cpu", "threads",
-        (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
+    return json_pack("{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
+                     "s:s, s:i, s:b}",
+                     "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
+                     options->isovalue_count > 0 ? "given" : "auto", "inside",
+                     job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
+                     options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open,
+                     "manifold", !options->keep_doubled, "topology",
+                     options->exact_topology ? "exact" : "discs", "simplify", options->simplify,
+                     "simplify_passes", (int)options->simplify_passes, "reproject",
+                     !options->no_reproject, "relax", (int)options->relax, "faces",
+                     options->triangles ? "triangles" : "quads", "normals", !options->skip_normals,
+                     "ascii", options->ascii, "mode", "dmc", "device", "cpu", "threads",
+                     (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
 }
 
 static json_t *report_output(const mesh_job *job, int32_t i) {

@@ -27,7 +27,8 @@ bool number_parse_integer(const char *text, int64_t *value_out) {
     return *end == '\0' && errno == 0;
 }
 
-/* Copies the text up to the separator into `part`; returns what follows, NULL when it does not fit. */
+/* Copies the text up to the separator into `part`; returns what follows, NULL when it does not fit.
+ */
 static const char *next_part(const char *text, char separator, char *part, size_t size) {
     size_t length = strcspn(text, (char[]){separator, '\0'});
     if (length >= size)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The one table of options. Parsing is here; help, man page and completion (help.c) read the same rows. */
+/* The one table of options. Parsing is here; help, man page and completion (help.c) read the same
+ * rows. */
 #include "options.h"
 #include "nearest.h"
 #include "number.h"
@@ -260,8 +261,8 @@ static bool set_spacing(cli_options *options, const cli_option_row *row, const c
 
 static bool set_origin(cli_options *options, const cli_option_row *row, const char *text) {
     double *origin = options->read.origin;
-    if (!number_parse_reals(text, ',', 3, origin) || !isfinite(origin[0]) ||
-        !isfinite(origin[1]) || !isfinite(origin[2]))
+    if (!number_parse_reals(text, ',', 3, origin) || !isfinite(origin[0]) || !isfinite(origin[1]) ||
+        !isfinite(origin[2]))
         return wrong(row, text, "-90,-126,-72");
     return options->read.has_origin = true;
 }
@@ -358,26 +359,66 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
 /* Options without an argument. */
 static void apply_flag(cli_options *options, const cli_option_row *row) {
     switch (row->id) {
-    case OPTION_QUADS: options->triangles = false; break;
-    case OPTION_TRIS: options->triangles = true; break;
-    case OPTION_SIMPLIFY: options->simplify = true; break;
-    case OPTION_NO_REPROJECT: options->no_reproject = true; break;
-    case OPTION_NO_NORMALS: options->skip_normals = true; break;
-    case OPTION_ASCII: options->ascii = true; break;
-    case OPTION_DRY_RUN: options->dry_run = true; break;
-    case OPTION_CHECK: options->check = true; break;
-    case OPTION_JSON: options->json = true; break;
-    case OPTION_EDGES: options->edges = true; break;
-    case OPTION_FLAT: options->flat = true; break;
-    case OPTION_QUIET: options->quiet = true; break;
-    case OPTION_NO_FEATURES: options->solid.no_features = true; break;
-    case OPTION_UNIFORM: options->solid.uniform = true; break;
-    case OPTION_SMOOTH: options->smooth_primitives = true; break;
-    case OPTION_VERBOSE: options->verbose++; break;
-    case OPTION_HELP: options->help = true; break;
-    case OPTION_VERSION: options->version = true; break;
-    case OPTION_MAN: options->man = true; break;
-    case OPTION_COMPLETION: options->completion = true; break;
+    case OPTION_QUADS:
+        options->triangles = false;
+        break;
+    case OPTION_TRIS:
+        options->triangles = true;
+        break;
+    case OPTION_SIMPLIFY:
+        options->simplify = true;
+        break;
+    case OPTION_NO_REPROJECT:
+        options->no_reproject = true;
+        break;
+    case OPTION_NO_NORMALS:
+        options->skip_normals = true;
+        break;
+    case OPTION_ASCII:
+        options->ascii = true;
+        break;
+    case OPTION_DRY_RUN:
+        options->dry_run = true;
+        break;
+    case OPTION_CHECK:
+        options->check = true;
+        break;
+    case OPTION_JSON:
+        options->json = true;
+        break;
+    case OPTION_EDGES:
+        options->edges = true;
+        break;
+    case OPTION_FLAT:
+        options->flat = true;
+        break;
+    case OPTION_QUIET:
+        options->quiet = true;
+        break;
+    case OPTION_NO_FEATURES:
+        options->solid.no_features = true;
+        break;
+    case OPTION_UNIFORM:
+        options->solid.uniform = true;
+        break;
+    case OPTION_SMOOTH:
+        options->smooth_primitives = true;
+        break;
+    case OPTION_VERBOSE:
+        options->verbose++;
+        break;
+    case OPTION_HELP:
+        options->help = true;
+        break;
+    case OPTION_VERSION:
+        options->version = true;
+        break;
+    case OPTION_MAN:
+        options->man = true;
+        break;
+    case OPTION_COMPLETION:
+        options->completion = true;
+        break;
     }
 }
 
@@ -388,14 +429,17 @@ static bool set_box(cli_options *options, const cli_option_row *row, const char 
     for (int axis = 0; axis < 3; ++axis) {
         options->solid.low[axis] = corners[axis];
         options->solid.high[axis] = corners[3 + axis];
-        if (!(isfinite(corners[axis]) && isfinite(corners[3 + axis]) && corners[axis] < corners[3 + axis]))
+        if (!(isfinite(corners[axis]) && isfinite(corners[3 + axis]) &&
+              corners[axis] < corners[3 + axis]))
             return wrong(row, text, "-1,-1,-1,1,1,1 (low corner, high corner)");
     }
     return options->solid.has_box = true;
 }
 
-static bool set_positive(const cli_option_row *row, const char *text, const char *example, double *value_out) {
-    return set_finite(row, text, example, value_out) && (*value_out > 0 || wrong(row, text, example));
+static bool set_positive(const cli_option_row *row, const char *text, const char *example,
+                         double *value_out) {
+    return set_finite(row, text, example, value_out) &&
+           (*value_out > 0 || wrong(row, text, example));
 }
 
 /* Options with an argument of their own form. */
@@ -403,21 +447,34 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
     int64_t whole = 0;
     bool good = true;
     switch (row->id) {
-    case OPTION_OUTPUT: options->output = text; break;
-    case OPTION_REPORT: options->report = text; break;
-    case OPTION_ISO: return set_isovalues(options, row, text);
-    case OPTION_SPACING: return set_spacing(options, row, text);
-    case OPTION_ORIGIN: return set_origin(options, row, text);
-    case OPTION_SHAPE: return set_shape(options, row, text);
-    case OPTION_DTYPE: return set_dtype(options, row, text);
-    case OPTION_SIZE: return set_size(options, row, text);
-    case OPTION_FROM: return copy_word(row, text, options->from, sizeof options->from);
-    case OPTION_TO: return copy_word(row, text, options->to, sizeof options->to);
+    case OPTION_OUTPUT:
+        options->output = text;
+        break;
+    case OPTION_REPORT:
+        options->report = text;
+        break;
+    case OPTION_ISO:
+        return set_isovalues(options, row, text);
+    case OPTION_SPACING:
+        return set_spacing(options, row, text);
+    case OPTION_ORIGIN:
+        return set_origin(options, row, text);
+    case OPTION_SHAPE:
+        return set_shape(options, row, text);
+    case OPTION_DTYPE:
+        return set_dtype(options, row, text);
+    case OPTION_SIZE:
+        return set_size(options, row, text);
+    case OPTION_FROM:
+        return copy_word(row, text, options->from, sizeof options->from);
+    case OPTION_TO:
+        return copy_word(row, text, options->to, sizeof options->to);
     case OPTION_FAIL_ON:
         options->fail_on_given = true;
         return verdict_parse_faults(text, &options->fail_on);
     case OPTION_HEADER:
-        return set_whole(row, text, INT64_MAX, "352 (a number of bytes)", &options->read.raw_header);
+        return set_whole(row, text, INT64_MAX, "352 (a number of bytes)",
+                         &options->read.raw_header);
     case OPTION_THREADS:
         good = set_whole(row, text, 4096, "4 (0 to 4096)", &whole);
         options->threads = (int32_t)whole;
@@ -440,9 +497,12 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
     case OPTION_ELEVATION:
         options->has_elevation = true;
         return set_finite(row, text, "25", &options->elevation);
-    case OPTION_BOX: return set_box(options, row, text);
-    case OPTION_TOLERANCE: return set_positive(row, text, "0.01 (a length above 0)", &options->solid.tolerance);
-    case OPTION_CREASE: return set_positive(row, text, "30 (degrees above 0)", &options->solid.crease);
+    case OPTION_BOX:
+        return set_box(options, row, text);
+    case OPTION_TOLERANCE:
+        return set_positive(row, text, "0.01 (a length above 0)", &options->solid.tolerance);
+    case OPTION_CREASE:
+        return set_positive(row, text, "30 (degrees above 0)", &options->solid.crease);
     case OPTION_DEPTH:
         good = set_whole(row, text, QN_MAX_DEPTH, "7 (3 to 12)", &whole);
         options->solid.depth = (int32_t)whole;
@@ -460,8 +520,9 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
 }
 
 static bool is_choice(const cli_option_row *row) {
-    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD || row->id == OPTION_TOPOLOGY ||
-           row->id == OPTION_TRANSFORM || row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
+    return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
+           row->id == OPTION_TOPOLOGY || row->id == OPTION_TRANSFORM ||
+           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
 }
 
 static int apply(cli_options *options, const cli_option_row *row, const char *text) {

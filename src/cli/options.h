@@ -29,7 +29,7 @@ extern const cli_verb_row cli_verbs[VERB_COUNT];
 
 typedef struct cli_option_row {
     int id;
-    char letter;          /* 0: none */
+    char letter; /* 0: none */
     const char *name;
     const char *argument; /* NULL: takes none. "on|off" lists all that is allowed. */
     unsigned verbs;       /* bit 1 << verb for each verb that takes it */
@@ -47,7 +47,7 @@ typedef struct cli_options {
     cli_verb verb;
     const char *input, *output; /* borrowed from argv; NULL when not given */
     bool help, version;
-    double *isovalues; /* [isovalue_count]; freed by cli_options_free() */
+    double *isovalues;      /* [isovalue_count]; freed by cli_options_free() */
     int32_t isovalue_count; /* 0: automatic */
     bool triangles;
     bool open, closed_given, keep_doubled, exact_topology;

@@ -121,8 +121,8 @@ static int copy_to_stdout(FILE *file) {
     return cli_finish_stdout(0);
 }
 
-/* A file behind stdout ("> file", ">> file") belongs to the shell: it must not be replaced by renaming,
- * as the library does with files. So the bytes go by way of a temporary file. */
+/* A file behind stdout ("> file", ">> file") belongs to the shell: it must not be replaced by
+ * renaming, as the library does with files. So the bytes go by way of a temporary file. */
 static int write_through_temporary(cli_session *session, const qn_mesh *mesh,
                                    const qn_mesh_write_options *write) {
     const char *folder = getenv("TMPDIR");
@@ -161,8 +161,8 @@ int output_write_mesh(cli_session *session, const qn_mesh *mesh, const char *pat
     if (to_stdout && fstat(STDOUT_FILENO, &info) == 0 && S_ISREG(info.st_mode))
         return write_through_temporary(session, mesh, &write);
     qn_error error;
-    qn_status status = qn_mesh_write(session->context, mesh, to_stdout ? "/dev/stdout" : path,
-                                     &write, &error);
+    qn_status status =
+        qn_mesh_write(session->context, mesh, to_stdout ? "/dev/stdout" : path, &write, &error);
     if (status == QN_OK && !to_stdout && stat(path, &info) == 0 && S_ISREG(info.st_mode))
         *bytes_out = (int64_t)info.st_size;
     return cli_fail(session, status, &error);

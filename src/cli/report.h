@@ -12,7 +12,7 @@ enum { REPORT_SCHEMA = 1 };
 json_t *report_start(const char *verb); /* {"quoin": version, "schema": 1, "verb": verb} */
 json_t *report_real(double value);      /* null when it is not finite */
 json_t *report_reals(const double *values, int count);
-json_t *report_path(const char *path);   /* what is not UTF-8 becomes "?" */
+json_t *report_path(const char *path); /* what is not UTF-8 becomes "?" */
 json_t *report_volume(const char *path, const qn_volume *volume);
 json_t *report_statistics(const qn_volume_statistics *statistics);
 json_t *report_surface(const qn_surface_report *surface);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* One run of a verb. A first Ctrl-C asks the library to stop through progress, a second one kills. */
+/* One run of a verb. A first Ctrl-C asks the library to stop through progress, a second one kills.
+ */
 #include "session.h"
 
 #include <errno.h>

@@ -26,7 +26,8 @@ void cli_tell(cli_session *session, const char *format, ...) __attribute__((form
 int cli_session_open(cli_session *session, const cli_options *options);
 void cli_session_close(cli_session *session);
 
-/* Says the error (or that the work was interrupted) and returns the exit code for it; 0 for QN_OK. */
+/* Says the error (or that the work was interrupted) and returns the exit code for it; 0 for QN_OK.
+ */
 int cli_fail(cli_session *session, qn_status status, const qn_error *error);
 /* 0, or the exit code after a signal asked to stop: looked at between library calls. */
 int cli_interrupted(cli_session *session);
@@ -34,7 +35,7 @@ int cli_interrupted(cli_session *session);
 /* Flushes stdout; exit_code, or 5 when what was printed did not get out. */
 int cli_finish_stdout(int exit_code);
 
-double cli_seconds(void);               /* a clock that only runs forward */
-int64_t cli_process_peak_bytes(void);   /* largest resident size of this process */
+double cli_seconds(void);             /* a clock that only runs forward */
+int64_t cli_process_peak_bytes(void); /* largest resident size of this process */
 
 #endif

@@ -11,7 +11,10 @@
 
 static void print_count(const char *label, int64_t count, uint32_t fault, uint32_t fail_on) {
     char text[NUMBER_TEXT_SIZE];
-    const char *mark = fault == 0 ? "" : count == 0 ? "  ok" : fault & fail_on ? "  FAIL" : "  seen";
+    const char *mark = fault == 0        ? ""
+                       : count == 0      ? "  ok"
+                       : fault & fail_on ? "  FAIL"
+                                         : "  seen";
     printf("  %-24s%15s%s\n", label, number_format_count(count, text), mark);
 }
 

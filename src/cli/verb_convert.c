@@ -14,12 +14,13 @@ static void tell_result(cli_session *session, const qn_mesh *mesh, int64_t quads
     char size[NUMBER_TEXT_SIZE], format[8];
     qn_mesh_view view = qn_mesh_get_view(mesh);
     bool split = quads_before > 0 && output_splits_quads(output_format(session->options, format));
-    cli_tell(session, "%s: %s vertices, %s quads, %s triangles%s%s%s", session->options->output,
-             number_format_count(view.vertex_count, vertices),
-             number_format_count(split ? 0 : view.quad_count, quads),
-             number_format_count(view.triangle_count + (split ? 2 * view.quad_count : 0), triangles),
-             bytes >= 0 ? ", " : "", bytes >= 0 ? number_format_bytes(bytes, size) : "",
-             split ? " (the format holds triangles only: quads were split)" : "");
+    cli_tell(
+        session, "%s: %s vertices, %s quads, %s triangles%s%s%s", session->options->output,
+        number_format_count(view.vertex_count, vertices),
+        number_format_count(split ? 0 : view.quad_count, quads),
+        number_format_count(view.triangle_count + (split ? 2 * view.quad_count : 0), triangles),
+        bytes >= 0 ? ", " : "", bytes >= 0 ? number_format_bytes(bytes, size) : "",
+        split ? " (the format holds triangles only: quads were split)" : "");
 }
 
 static int convert(cli_session *session, qn_mesh *mesh) {

@@ -34,8 +34,8 @@ static const char *opposite(char letter) {
 
 /* "RAS": where i, j and k run to; "+x +y +z" when the space has no such name. */
 static const char *orientation(const qn_grid *grid, char text[16]) {
-    bool named = strlen(grid->space) == 3 && opposite(grid->space[0]) &&
-                 opposite(grid->space[1]) && opposite(grid->space[2]);
+    bool named = strlen(grid->space) == 3 && opposite(grid->space[0]) && opposite(grid->space[1]) &&
+                 opposite(grid->space[2]);
     size_t used = 0;
     for (int axis = 0; axis < 3; ++axis) {
         int sign, row = main_axis(grid, axis, &sign);
@@ -104,9 +104,9 @@ static void print_header(const cli_session *session, const qn_volume *volume) {
         printf(", value = %.9g * stored + %.9g", grid->slope, grid->intercept);
     printf("\nspacing     ");
     for (int axis = 0; axis < 3; ++axis)
-        printf(" %.6g", sqrt(pow(grid->index_to_world[0][axis], 2) +
-                             pow(grid->index_to_world[1][axis], 2) +
-                             pow(grid->index_to_world[2][axis], 2)));
+        printf(" %.6g",
+               sqrt(pow(grid->index_to_world[0][axis], 2) + pow(grid->index_to_world[1][axis], 2) +
+                    pow(grid->index_to_world[2][axis], 2)));
     printf(" %s\n", grid->unit);
     printf("space        %s\n", grid->space[0] ? grid->space : "not named");
     printf("orientation  i, j, k run to %s%s\n", orientation(grid, axes),
@@ -152,8 +152,8 @@ static int count_surfaces(cli_session *session, const qn_volume *volume,
     options.count_only = true;
     qn_mesh *none[QN_SUGGESTION_COUNT];
     qn_error error;
-    return cli_fail(session,
-                    qn_surface(session->context, volume, &options, none, surfaces, &error), &error);
+    return cli_fail(session, qn_surface(session->context, volume, &options, none, surfaces, &error),
+                    &error);
 }
 
 static json_t *volume_json(const cli_session *session, const qn_volume *volume,
@@ -162,12 +162,12 @@ static json_t *volume_json(const cli_session *session, const qn_volume *volume,
     char axes[16];
     json_t *report = report_start("info"), *list = json_array();
     for (int i = 0; i < s->suggestion_count; ++i)
-        json_array_append_new(
-            list, json_pack("{s:f, s:f, s:I, s:I, s:I}", "isovalue", s->suggestions[i],
-                            "share_above", share_above(s, s->suggestions[i]), "quads",
-                            (json_int_t)surfaces[i].quads, "output_bytes",
-                            (json_int_t)surfaces[i].output_bytes, "scratch_bytes",
-                            (json_int_t)surfaces[i].scratch_bytes));
+        json_array_append_new(list,
+                              json_pack("{s:f, s:f, s:I, s:I, s:I}", "isovalue", s->suggestions[i],
+                                        "share_above", share_above(s, s->suggestions[i]), "quads",
+                                        (json_int_t)surfaces[i].quads, "output_bytes",
+                                        (json_int_t)surfaces[i].output_bytes, "scratch_bytes",
+                                        (json_int_t)surfaces[i].scratch_bytes));
     json_object_set_new(report, "kind", json_string("volume"));
     json_object_set_new(report, "input", report_volume(session->options->input, volume));
     json_object_set_new(report, "orientation", json_string(orientation(grid, axes)));
@@ -180,9 +180,8 @@ static int inform_volume(cli_session *session, const qn_volume *volume) {
     qn_volume_statistics statistics;
     qn_surface_report surfaces[QN_SUGGESTION_COUNT];
     qn_error error;
-    int exit_code =
-        cli_fail(session,
-                 qn_volume_get_statistics(session->context, volume, &statistics, &error), &error);
+    int exit_code = cli_fail(
+        session, qn_volume_get_statistics(session->context, volume, &statistics, &error), &error);
     if (!exit_code && statistics.suggestion_count > 0)
         exit_code = count_surfaces(session, volume, &statistics, surfaces);
     progress_erase(&session->progress);
@@ -253,8 +252,7 @@ int verb_info(cli_session *session) {
     qn_volume *volume = NULL;
     qn_mesh *mesh = NULL;
     bool is_mesh = input_is_mesh(session->options);
-    int exit_code =
-        is_mesh ? input_read_mesh(session, &mesh) : input_read_volume(session, &volume);
+    int exit_code = is_mesh ? input_read_mesh(session, &mesh) : input_read_volume(session, &volume);
     if (!exit_code)
         exit_code = is_mesh ? inform_mesh(session, mesh) : inform_volume(session, volume);
     qn_mesh_destroy(mesh);

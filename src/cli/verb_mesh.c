@@ -20,10 +20,10 @@ static int need_statistics(mesh_job *job) {
         return 0;
     double started = cli_seconds();
     qn_error error;
-    int exit_code = cli_fail(job->session,
-                             qn_volume_get_statistics(job->session->context, job->volume,
-                                                      &job->statistics, &error),
-                             &error);
+    int exit_code = cli_fail(
+        job->session,
+        qn_volume_get_statistics(job->session->context, job->volume, &job->statistics, &error),
+        &error);
     job->has_statistics = exit_code == 0;
     job->seconds_statistics = cli_seconds() - started;
     return exit_code;
@@ -145,10 +145,9 @@ static int check_one(mesh_job *job, int32_t i) {
         return 0;
     double started = cli_seconds();
     qn_error error;
-    int exit_code = cli_fail(job->session,
-                             qn_mesh_check(job->session->context, job->meshes[i], NULL,
-                                           &result->check, &error),
-                             &error);
+    int exit_code = cli_fail(
+        job->session,
+        qn_mesh_check(job->session->context, job->meshes[i], NULL, &result->check, &error), &error);
     if (exit_code)
         return exit_code;
     result->checked = true;
@@ -160,8 +159,7 @@ static int check_one(mesh_job *job, int32_t i) {
 static int write_one(mesh_job *job, int32_t i) {
     mesh_result *result = &job->results[i];
     double started = cli_seconds();
-    int exit_code =
-        output_write_mesh(job->session, job->meshes[i], result->path, &result->bytes);
+    int exit_code = output_write_mesh(job->session, job->meshes[i], result->path, &result->bytes);
     result->seconds_write = cli_seconds() - started;
     result->written = exit_code == 0;
     return exit_code;
@@ -195,7 +193,8 @@ static int misses_the_data(mesh_job *job, int32_t i, bool *misses_out) {
     return exit_code;
 }
 
-/* All iso-values. An empty surface or a failed check is remembered; the others are still written. */
+/* All iso-values. An empty surface or a failed check is remembered; the others are still written.
+ */
 static int finish_all(mesh_job *job) {
     int worst = 0;
     for (int32_t i = 0; i < job->count; ++i) {
@@ -265,8 +264,10 @@ int verb_mesh(cli_session *session) {
     memset(&job, 0, sizeof job);
     job.session = session;
     if (input_is_mesh(session->options))
-        return cli_usage("%s: that is a mesh already; 'quoin mesh' wants a volume (remeshing is not "
-                         "built in yet)", session->options->input);
+        return cli_usage(
+            "%s: that is a mesh already; 'quoin mesh' wants a volume (remeshing is not "
+            "built in yet)",
+            session->options->input);
     int exit_code = run(&job);
     release(&job);
     return exit_code;

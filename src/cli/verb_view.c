@@ -8,7 +8,8 @@
 
 static int check_output(const cli_options *options) {
     if (!options->output)
-        return cli_usage("where to? name the picture: quoin view %s -o picture.png", options->input);
+        return cli_usage("where to? name the picture: quoin view %s -o picture.png",
+                         options->input);
     size_t length = strlen(options->output);
     bool is_png = length > 4 && strcasecmp(options->output + length - 4, ".png") == 0;
     if (!is_png && strcmp(options->output, "-") != 0)

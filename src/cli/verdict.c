@@ -53,13 +53,20 @@ bool verdict_parse_faults(const char *text, uint32_t *faults_out) {
 
 int64_t verdict_count(const qn_mesh_report *report, uint32_t fault) {
     switch (fault) {
-    case FAULT_OPEN: return report->boundary_edges;
-    case FAULT_NONMANIFOLD: return report->nonmanifold_edges + report->nonmanifold_vertices;
-    case FAULT_ORIENTATION: return report->orientation_conflicts;
-    case FAULT_INTERSECT: return report->self_intersections > 0 ? report->self_intersections : 0;
-    case FAULT_DEGENERATE: return report->degenerate_faces;
-    case FAULT_DUPLICATE: return report->duplicate_faces;
-    case FAULT_NONFINITE: return report->nonfinite_vertices;
+    case FAULT_OPEN:
+        return report->boundary_edges;
+    case FAULT_NONMANIFOLD:
+        return report->nonmanifold_edges + report->nonmanifold_vertices;
+    case FAULT_ORIENTATION:
+        return report->orientation_conflicts;
+    case FAULT_INTERSECT:
+        return report->self_intersections > 0 ? report->self_intersections : 0;
+    case FAULT_DEGENERATE:
+        return report->degenerate_faces;
+    case FAULT_DUPLICATE:
+        return report->duplicate_faces;
+    case FAULT_NONFINITE:
+        return report->nonfinite_vertices;
     }
     return 0;
 }

@@ -32,7 +32,8 @@ int64_t verdict_count(const qn_mesh_report *report, uint32_t fault);
 const char *verdict_name(uint32_t fault);
 
 enum { VERDICT_TEXT_SIZE = 256 };
-/* "12 boundary edges, 3 self-intersections", of the faults in the mask that the mesh has; "" for none. */
+/* "12 boundary edges, 3 self-intersections", of the faults in the mask that the mesh has; "" for
+ * none. */
 const char *verdict_describe(const qn_mesh_report *report, uint32_t faults,
                              char text[VERDICT_TEXT_SIZE]);
 

@@ -13,8 +13,8 @@
 
 enum { ALIGNMENT = 64 };
 
-/* Large blocks start on a huge page and ask for huge ones: a mesh of hundreds of megabytes written once would
- * otherwise cost more time in page faults than in computing. */
+/* Large blocks start on a huge page and ask for huge ones: a mesh of hundreds of megabytes written
+ * once would otherwise cost more time in page faults than in computing. */
 static const size_t huge_page = (size_t)2 << 20;
 static const size_t huge_from = (size_t)8 << 20;
 
@@ -54,7 +54,8 @@ qn_status qn_context_create(const qn_context_options *options, qn_context **cont
         own = *options;
     if (own.threads < 0 || own.threads > 4096)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "%d threads: give a number from 1 to 4096, or 0 for all cores", own.threads);
+                        "%d threads: give a number from 1 to 4096, or 0 for all cores",
+                        own.threads);
     if (!own.allocator.alloc != !own.allocator.free)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "an allocator needs both functions, alloc and free");

@@ -5,15 +5,17 @@
 
 #include <qn/base.h>
 
-/* Bytes for `count` things of `size`. NULL when the product overflows or the allocator has none left;
- * never NULL for a count of 0. Alignment is 64, a cache line. May be called from any worker. */
+/* Bytes for `count` things of `size`. NULL when the product overflows or the allocator has none
+ * left; never NULL for a count of 0. Alignment is 64, a cache line. May be called from any worker.
+ */
 void *qni_alloc(qn_context *context, int64_t count, size_t size);
 /* The same, cleared. */
 void *qni_alloc_zero(qn_context *context, int64_t count, size_t size);
 /* Give back what qni_alloc() gave for the same count and size. NULL is accepted. */
 void qni_free(qn_context *context, void *pointer, int64_t count, size_t size);
 /* Move `old_count` things into room for `new_count`; on failure NULL, and the old memory stays. */
-void *qni_realloc(qn_context *context, void *pointer, int64_t old_count, int64_t new_count, size_t size);
+void *qni_realloc(qn_context *context, void *pointer, int64_t old_count, int64_t new_count,
+                  size_t size);
 
 /* True when the caller asked to stop. To be called on the calling thread only. */
 bool qni_progress(qn_context *context, const char *stage, double fraction);

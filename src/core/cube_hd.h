@@ -33,7 +33,8 @@ QN_HD_INLINE int qni_edge_start_corner(int edge) {
     return axis == 0 ? 2 * low + 4 * high : axis == 1 ? low + 4 * high : low + 2 * high;
 }
 
-/* The edge that starts from `corner` along `axis`; the corner's own bit along the axis is ignored. */
+/* The edge that starts from `corner` along `axis`; the corner's own bit along the axis is ignored.
+ */
 QN_HD_INLINE int qni_edge_at(int axis, int corner) {
     const int x = corner & 1, y = (corner >> 1) & 1, z = (corner >> 2) & 1;
     return axis == 0 ? y + 2 * z : axis == 1 ? 4 + x + 2 * z : 8 + x + 2 * y;
@@ -55,7 +56,8 @@ QN_HD_INLINE int qni_face_of_edges(int first_edge, int second_edge) {
     return -1;
 }
 
-/* Corners of a face in the lattice's orientation, cyclic: (0,0) (1,0) (1,1) (0,1) in its two axes, the lower axis first. */
+/* Corners of a face in the lattice's orientation, cyclic: (0,0) (1,0) (1,1) (0,1) in its two axes,
+ * the lower axis first. */
 QN_HD_INLINE int qni_face_corner(int face, int index) {
     const int axis = face >> 1, side = face & 1;
     const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;

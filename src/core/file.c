@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Files that appear whole or not at all: every failing call is seen, reported once and cleaned up after. */
+/* Files that appear whole or not at all: every failing call is seen, reported once and cleaned up
+ * after. */
 #include "core/file.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -81,9 +82,9 @@ static int open_temporary(qni_output *output) {
     int folder = slash ? (int)(slash - output->target) + 1 : 0;
     const char *name = output->target + folder;
     for (int attempt = 0; attempt < 100; ++attempt) {
-        int length = snprintf(output->temporary, sizeof output->temporary, "%.*s.%.180s.%ld-%06lx.tmp",
-                              folder, output->target, name, (long)getpid(),
-                              (noise(output) + (unsigned long)attempt) & 0xffffff);
+        int length = snprintf(output->temporary, sizeof output->temporary,
+                              "%.*s.%.180s.%ld-%06lx.tmp", folder, output->target, name,
+                              (long)getpid(), (noise(output) + (unsigned long)attempt) & 0xffffff);
         if (length < 0 || (size_t)length >= sizeof output->temporary)
             return ENAMETOOLONG;
         output->descriptor =
@@ -217,8 +218,8 @@ qn_status qni_output_commit(qni_output *output, qn_error *error) {
     if (output->failure)
         return fail_output(output->path, output->failure, error);
     if (output->cancelled)
-        return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while writing '%.200s'; nothing was left",
-                        output->path);
+        return qni_fail(error, QN_ERROR_CANCELLED,
+                        "cancelled while writing '%.200s'; nothing was left", output->path);
     return QN_OK;
 }
 

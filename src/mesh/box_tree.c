@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Building the tree: Morton numbers of the triangles' box centres, a stable radix sort, boxes upwards.
- * Memory while it is built: 32 bytes a triangle; after that 12 for the triangle and 28 for boxes. */
+/* Building the tree: Morton numbers of the triangles' box centres, a stable radix sort, boxes
+ * upwards. Memory while it is built: 32 bytes a triangle; after that 12 for the triangle and 28 for
+ * boxes. */
 #include "mesh/box_tree.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -128,7 +129,8 @@ static void fetch_triangles(void *pointer, int64_t block, int64_t begin, int64_t
     }
 }
 
-/* ---- boxes ------------------------------------------------------------------------------------- */
+/* ---- boxes -------------------------------------------------------------------------------------
+ */
 
 static void empty_box(qni_box_row *row, int slot) {
     for (int i = 0; i < 3; ++i) {

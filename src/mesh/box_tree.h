@@ -12,8 +12,8 @@ typedef struct qni_box_row {
     float low[3][QNI_BOX_WIDTH], high[3][QNI_BOX_WIDTH];
 } qni_box_row;
 
-/* Row r of level 0 holds the boxes of triangles 8r .. 8r + 7; row r of level l + 1 the boxes round the rows
- * 8r .. 8r + 7 of level l. The last level is one row. */
+/* Row r of level 0 holds the boxes of triangles 8r .. 8r + 7; row r of level l + 1 the boxes round
+ * the rows 8r .. 8r + 7 of level l. The last level is one row. */
 typedef struct qni_box_tree {
     int64_t triangle_count;
     uint32_t (*triangles)[3];

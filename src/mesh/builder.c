@@ -71,7 +71,8 @@ bool qni_builder_add_vertex(qni_builder *builder, const float position[3], const
     return room != NULL;
 }
 
-static void note_indices(qni_builder *builder, const uint32_t *corners, int64_t count, int64_t where) {
+static void note_indices(qni_builder *builder, const uint32_t *corners, int64_t count,
+                         int64_t where) {
     for (int64_t i = 0; i < count; ++i)
         if (corners[i] > builder->largest_index || builder->largest_where == 0) {
             builder->largest_index = corners[i];
@@ -115,8 +116,8 @@ static bool split_polygons(qni_builder *builder) {
         return true;
     int64_t scratch_bytes = qni_polygon_scratch_bytes(largest);
     void *scratch = qni_alloc(builder->context, scratch_bytes, 1);
-    uint32_t *to = scratch ? array_extend(builder->context, &builder->triangles, triangles, TRIANGLE)
-                           : NULL;
+    uint32_t *to =
+        scratch ? array_extend(builder->context, &builder->triangles, triangles, TRIANGLE) : NULL;
     for (int64_t i = 0; to && i < builder->polygons.count; i += items[i] + INT64_C(1)) {
         qni_polygon_split(builder->positions.items, items + i + 1, items[i], scratch, to);
         to += 3 * (items[i] - INT64_C(2));
@@ -143,14 +144,16 @@ static bool hand_over(qn_context *context, qni_array *array, size_t size, void *
 static qn_status check_indices(const qni_builder *builder, const char *path, const char *place,
                                qn_error *error) {
     if (builder->positions.count > (int64_t)UINT32_MAX)
-        return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': it has more than 2^32 - 1 vertices; read it in parts", path);
+        return qni_fail(
+            error, QN_ERROR_INPUT,
+            "cannot read '%.200s': it has more than 2^32 - 1 vertices; read it in parts", path);
     if (builder->largest_where && (int64_t)builder->largest_index >= builder->positions.count)
-        return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': %s %lld names vertex %lld (from 0), but there are %lld "
-                        "vertices; the file is damaged",
-                        path, place, (long long)builder->largest_where,
-                        (long long)builder->largest_index, (long long)builder->positions.count);
+        return qni_fail(
+            error, QN_ERROR_INPUT,
+            "cannot read '%.200s': %s %lld names vertex %lld (from 0), but there are %lld "
+            "vertices; the file is damaged",
+            path, place, (long long)builder->largest_where, (long long)builder->largest_index,
+            (long long)builder->positions.count);
     return QN_OK;
 }
 
@@ -161,7 +164,8 @@ static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mes
     if (builder->normals.count != vertices)
         array_free(context, &builder->normals, VECTOR);
     if (!split_polygons(builder))
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the polygons of '%.200s'", path);
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "not enough memory for the polygons of '%.200s'", path);
     array_free(context, &builder->polygons, sizeof(uint32_t));
     int64_t quads = builder->quads.count, triangles = builder->triangles.count;
     QN_TRY(qni_mesh_alloc(context, 0, 0, 0, false, mesh_out, error));
@@ -176,7 +180,8 @@ static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mes
     if (!good) {
         qn_mesh_destroy(mesh);
         *mesh_out = NULL;
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the mesh of '%.200s'", path);
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the mesh of '%.200s'",
+                        path);
     }
     memcpy(mesh->space, builder->space, sizeof mesh->space);
     memcpy(mesh->unit, builder->unit, sizeof mesh->unit);
@@ -187,8 +192,9 @@ qn_status qni_builder_finish(qni_builder *builder, const char *path, const char 
                              qn_mesh **mesh_out, qn_error *error) {
     *mesh_out = NULL;
     if (builder->skipped_faces)
-        qni_log(builder->context, QN_LOG_WARNING, "'%.200s': left out %lld faces of fewer than 3 corners",
-                path, (long long)builder->skipped_faces);
+        qni_log(builder->context, QN_LOG_WARNING,
+                "'%.200s': left out %lld faces of fewer than 3 corners", path,
+                (long long)builder->skipped_faces);
     qn_status status = check_indices(builder, path, place, error);
     if (status == QN_OK)
         status = make_mesh(builder, path, mesh_out, error);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Building a mesh whose size shows only while it is read: growing arrays, polygons split at the end. */
+/* Building a mesh whose size shows only while it is read: growing arrays, polygons split at the
+ * end. */
 #ifndef QNI_MESH_BUILDER_H
 #define QNI_MESH_BUILDER_H
 
@@ -12,11 +13,11 @@ typedef struct qni_array {
 
 typedef struct qni_builder {
     qn_context *context;
-    qni_array positions; /* float[3] */
-    qni_array normals;   /* float[3]; as many as positions, or none */
-    qni_array quads;     /* uint32_t[4] */
-    qni_array triangles; /* uint32_t[3] */
-    qni_array polygons;  /* uint32_t: a count, then as many corners, for faces of five and more */
+    qni_array positions;   /* float[3] */
+    qni_array normals;     /* float[3]; as many as positions, or none */
+    qni_array quads;       /* uint32_t[4] */
+    qni_array triangles;   /* uint32_t[3] */
+    qni_array polygons;    /* uint32_t: a count, then as many corners, for faces of five and more */
     int64_t skipped_faces; /* of fewer than three corners */
     uint32_t largest_index;
     int64_t largest_where; /* the line or face that names it */
@@ -31,8 +32,8 @@ bool qni_builder_add_vertex(qni_builder *builder, const float position[3], const
 /* `where` is the line or face number that a message shall name when a corner is out of range. */
 bool qni_builder_add_face(qni_builder *builder, const uint32_t *corners, int64_t count,
                           int64_t where);
-/* Check the indices, split the polygons and hand the arrays over to a mesh. `place` is "line" or "face".
- * The builder is empty afterwards, whatever happened. */
+/* Check the indices, split the polygons and hand the arrays over to a mesh. `place` is "line" or
+ * "face". The builder is empty afterwards, whatever happened. */
 qn_status qni_builder_finish(qni_builder *builder, const char *path, const char *place,
                              qn_mesh **mesh_out, qn_error *error);
 

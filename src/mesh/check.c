@@ -18,8 +18,8 @@ qn_status qni_check_blocks(qni_check *check, int64_t count, int64_t block_size, 
     int64_t blocks = qni_block_count(count, block_size);
     bool stop = qni_progress(check->context, "check", span.from);
     double last = qni_seconds();
-#pragma omp parallel for schedule(monotonic : dynamic, 1)                                          \
-    num_threads(qn_context_threads(check->context))
+#pragma omp parallel for schedule(monotonic                                                        \
+                                  : dynamic, 1) num_threads(qn_context_threads(check->context))
     for (int64_t block = 0; block < blocks; ++block) {
         if (qni_thread_index() == 0 && qni_seconds() - last > pause) { /* the calling thread */
             double done = span.from + (span.to - span.from) * (double)block / (double)blocks;

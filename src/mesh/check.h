@@ -24,22 +24,25 @@ typedef struct qni_check_span {
     double from, to;
 } qni_check_span;
 
-/* Run `work` over 0 .. count - 1 in blocks of `block_size`, on the context's threads; between its blocks the
- * calling thread reports progress, and all stop when it is told to. What a block writes must not depend on who runs it, or when. */
+/* Run `work` over 0 .. count - 1 in blocks of `block_size`, on the context's threads; between its
+ * blocks the calling thread reports progress, and all stop when it is told to. What a block writes
+ * must not depend on who runs it, or when. */
 typedef void qni_block_work(void *job, int64_t block, int64_t begin, int64_t end);
 qn_status qni_check_blocks(qni_check *check, int64_t count, int64_t block_size, qni_check_span span,
                            qni_block_work *work, void *job);
 int64_t qni_block_count(int64_t count, int64_t block_size);
 
 /* The corners of face f: `*indices` of them, 3 or 4. */
-static inline int qni_face_corners(const qn_mesh_view *mesh, int64_t face, const uint32_t **indices) {
+static inline int qni_face_corners(const qn_mesh_view *mesh, int64_t face,
+                                   const uint32_t **indices) {
     bool is_quad = face < mesh->quad_count;
     *indices = is_quad ? mesh->quads + 4 * face : mesh->triangles + 3 * (face - mesh->quad_count);
     return is_quad ? 4 : 3;
 }
 
-/* True when the face is a polygon: with equal neighbouring corners taken as one, at least three corners
- * are left, all different. Others are counted as degenerate and take no part in the topology. */
+/* True when the face is a polygon: with equal neighbouring corners taken as one, at least three
+ * corners are left, all different. Others are counted as degenerate and take no part in the
+ * topology. */
 bool qni_face_is_polygon(const uint32_t *indices, int corners);
 /* True when no coordinate of the face's vertices is NaN or infinite. */
 bool qni_face_is_finite(const qni_check *check, const uint32_t *indices, int corners);

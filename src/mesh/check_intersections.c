@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Pairs of triangles that meet where they should not: each row of eight triangles walks down the tree of
- * boxes for the rows at or after its own, so that every pair is tried once. */
+/* Pairs of triangles that meet where they should not: each row of eight triangles walks down the
+ * tree of boxes for the rows at or after its own, so that every pair is tried once. */
 #include "mesh/box_tree.h"
 #include "mesh/triangle_pair.h"
 #include "core/context.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Area, volume, shape of faces: [DMC21] section 5.3, equations (8) and (9). Sums run over blocks of fixed
- * size and then over the blocks, so that they are the same for every thread count. */
+/* Area, volume, shape of faces: [DMC21] section 5.3, equations (8) and (9). Sums run over blocks of
+ * fixed size and then over the blocks, so that they are the same for every thread count. */
 #include "mesh/check.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -77,8 +77,8 @@ static void measure_triangle(const shape_job *job, const uint32_t v[3], shape_bl
     result->largest_cotangent = fmax(result->largest_cotangent, cotangent);
 }
 
-/* Equation (9): the least over the corners of the parallelogram of the corner's edges against the square
- * of their lengths. */
+/* Equation (9): the least over the corners of the parallelogram of the corner's edges against the
+ * square of their lengths. */
 static double quad_quality(const shape_job *job, const uint32_t v[4]) {
     vec edges[4];
     for (int i = 0; i < 4; ++i)
@@ -105,7 +105,8 @@ static bool repeats_a_vertex(const uint32_t *v, int corners) {
     return false;
 }
 
-static void measure_face(const shape_job *job, const uint32_t *v, int corners, shape_block *result) {
+static void measure_face(const shape_job *job, const uint32_t *v, int corners,
+                         shape_block *result) {
     const qni_check *check = job->check;
     if (!qni_face_is_polygon(v, corners) || !qni_face_is_finite(check, v, corners)) {
         result->degenerate += repeats_a_vertex(v, corners);
@@ -129,9 +130,8 @@ static void measure_face(const shape_job *job, const uint32_t *v, int corners, s
 
 static void measure_faces(void *pointer, int64_t block, int64_t begin, int64_t end) {
     shape_job *job = pointer;
-    shape_block result = {.worst_quad = HUGE_VAL,
-                          .worst_triangle = HUGE_VAL,
-                          .largest_cotangent = -HUGE_VAL};
+    shape_block result = {
+        .worst_quad = HUGE_VAL, .worst_triangle = HUGE_VAL, .largest_cotangent = -HUGE_VAL};
     for (int64_t face = begin; face < end; ++face) {
         const uint32_t *indices;
         int corners = qni_face_corners(&job->check->mesh, face, &indices);
@@ -141,9 +141,8 @@ static void measure_faces(void *pointer, int64_t block, int64_t begin, int64_t e
 }
 
 static void add_up(const shape_block *blocks, int64_t count, qn_mesh_report *report) {
-    shape_block total = {.worst_quad = HUGE_VAL,
-                         .worst_triangle = HUGE_VAL,
-                         .largest_cotangent = -HUGE_VAL};
+    shape_block total = {
+        .worst_quad = HUGE_VAL, .worst_triangle = HUGE_VAL, .largest_cotangent = -HUGE_VAL};
     for (int64_t b = 0; b < count; ++b) {
         total.degenerate += blocks[b].degenerate;
         total.quads += blocks[b].quads;

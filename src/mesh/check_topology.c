@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* Edges, fans, components and genus. Everything about an edge or a fan is seen from one vertex: the face
- * corners of each vertex are listed (a counting sort), and each vertex is then looked at alone. Faces that
- * share an edge are joined in a union-find whose result does not depend on the order of joining.
+/* Edges, fans, components and genus. Everything about an edge or a fan is seen from one vertex: the
+ * face corners of each vertex are listed (a counting sort), and each vertex is then looked at
+ * alone. Faces that share an edge are joined in a union-find whose result does not depend on the
+ * order of joining.
  *
  * Memory: 8 bytes a corner and a vertex, 17 bytes a face. */
 #include "mesh/check.h"
@@ -82,7 +83,8 @@ static void count_corners(void *pointer, int64_t block, int64_t begin, int64_t e
     }
 }
 
-/* Counts become the ends of the vertices' parts; list_corners() then fills each part from its end. */
+/* Counts become the ends of the vertices' parts; list_corners() then fills each part from its end.
+ */
 static void scan_corners(topology *t) {
     int64_t total = 0;
     for (int64_t v = 0; v < t->mesh->vertex_count; ++v) {
@@ -112,7 +114,8 @@ static void list_corners(void *pointer, int64_t block, int64_t begin, int64_t en
     }
 }
 
-/* ---- joining faces to components --------------------------------------------------------------- */
+/* ---- joining faces to components ---------------------------------------------------------------
+ */
 
 static int64_t component_of(const topology *t, int64_t face) {
     for (;;) {
@@ -135,13 +138,14 @@ static void join_faces(topology *t, int64_t a, int64_t b) {
         if (a == b)
             return;
         int64_t high = a > b ? a : b, low = a > b ? b : a, expected = high;
-        if (__atomic_compare_exchange_n(&t->joined_to[high], &expected, low, false, __ATOMIC_RELAXED,
-                                        __ATOMIC_RELAXED))
+        if (__atomic_compare_exchange_n(&t->joined_to[high], &expected, low, false,
+                                        __ATOMIC_RELAXED, __ATOMIC_RELAXED))
             return;
     }
 }
 
-/* ---- one vertex -------------------------------------------------------------------------------- */
+/* ---- one vertex --------------------------------------------------------------------------------
+ */
 
 static int64_t fan_of(int64_t *fan, int64_t corner) {
     while (fan[corner] != corner) {
@@ -157,8 +161,8 @@ static void join_fans(int64_t *fan, int64_t a, int64_t b) {
     fan[a > b ? a : b] = a > b ? b : a;
 }
 
-/* Fill the scratch of vertex v: keys (neighbour; 2 corner + 1 if the edge comes in) sorted by neighbour,
- * and corners joined to fans across every edge, however many faces use it. */
+/* Fill the scratch of vertex v: keys (neighbour; 2 corner + 1 if the edge comes in) sorted by
+ * neighbour, and corners joined to fans across every edge, however many faces use it. */
 static int64_t find_fans(const topology *t, int64_t v, scratch *s) {
     const int64_t *corners = t->corners + t->first_corner[v];
     int64_t count = t->first_corner[v + 1] - t->first_corner[v];
@@ -198,7 +202,8 @@ static void count_edge(topology *t, const int64_t *corners, const qni_key *keys,
         join_faces(t, face, face_of(t, corners[keys[i].low / 2]));
 }
 
-/* Faces of which v is the lowest vertex and whose vertices another such face has too, less one a set. */
+/* Faces of which v is the lowest vertex and whose vertices another such face has too, less one a
+ * set. */
 static int64_t count_duplicates(const topology *t, int64_t v, int64_t count, scratch *s) {
     const int64_t *corners = t->corners + t->first_corner[v];
     int64_t found = 0, duplicates = 0;
@@ -280,7 +285,8 @@ static void mark_pinched(topology *t, int64_t v, scratch *s) {
             t->face_flags[s->keys[i].high] |= NOT_MANIFOLD;
 }
 
-/* The few vertices with many corners, or with more than one fan, need room for all their corners. */
+/* The few vertices with many corners, or with more than one fan, need room for all their corners.
+ */
 static qn_status look_at_the_rest(topology *t, vertex_counts *counts) {
     qn_context *context = t->check->context;
     scratch s = {qni_alloc(context, 2 * t->most_corners, sizeof *s.keys),
@@ -297,7 +303,8 @@ static qn_status look_at_the_rest(topology *t, vertex_counts *counts) {
     return good ? QN_OK : qni_fail_memory(t->check->error, "a mesh check");
 }
 
-/* ---- the whole --------------------------------------------------------------------------------- */
+/* ---- the whole ---------------------------------------------------------------------------------
+ */
 
 static void add_counts(vertex_counts *to, const vertex_counts *from) {
     to->edges += from->edges;
@@ -359,7 +366,8 @@ static void report_counts(const topology *t, const vertex_counts *counts) {
 static qn_status run(topology *t, qni_check_span span) {
     double part = (span.to - span.from) / 4;
     const qni_check_span counting = {span.from, span.from + part};
-    const qni_check_span listing = {counting.to, counting.to + part}, looking = {listing.to, span.to};
+    const qni_check_span listing = {counting.to, counting.to + part},
+                         looking = {listing.to, span.to};
     int64_t vertices = t->mesh->vertex_count;
     QN_TRY(qni_check_blocks(t->check, t->face_count, FACE_BLOCK, counting, count_corners, t));
     scan_corners(t);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Vertices of a mesh: which are used, which are not finite, which lie where another lies, their box. */
+/* Vertices of a mesh: which are used, which are not finite, which lie where another lies, their
+ * box. */
 #include "mesh/check.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -45,7 +46,8 @@ static void grow_box(vertex_block *result, const float p[3]) {
 static void look_at_vertices(void *pointer, int64_t block, int64_t begin, int64_t end) {
     vertex_job *job = pointer;
     qni_check *check = job->check;
-    vertex_block result = {0, 0, 0, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    vertex_block result = {
+        0, 0, 0, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
     for (int64_t v = begin; v < end; ++v) {
         const float *p = check->mesh.positions + 3 * v;
         bool used = check->vertex_flags[v] & QNI_VERTEX_USED;
@@ -75,8 +77,8 @@ static bool same_place(const float *p, const float *q) {
     return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
 }
 
-/* True when the place was new. Which of several vertices at a place comes first depends on the threads;
- * how many come later does not. */
+/* True when the place was new. Which of several vertices at a place comes first depends on the
+ * threads; how many come later does not. */
 static bool enter_place(vertex_job *job, uint32_t vertex) {
     const float *positions = job->check->mesh.positions;
     const float *p = positions + 3 * (size_t)vertex;
@@ -110,8 +112,8 @@ static qn_status count_duplicates(vertex_job *job, qni_check_span span) {
     if (!job->slots)
         return qni_fail_memory(check->error, "the search for duplicate positions");
     memset(job->slots, 0xff, (size_t)slots * sizeof *job->slots);
-    qn_status status = qni_check_blocks(check, check->mesh.vertex_count, VERTEX_BLOCK, span,
-                                        enter_places, job);
+    qn_status status =
+        qni_check_blocks(check, check->mesh.vertex_count, VERTEX_BLOCK, span, enter_places, job);
     qni_free(check->context, job->slots, slots, sizeof *job->slots);
     return status;
 }

@@ -31,9 +31,10 @@ static qn_status fail_unpacking(const char *path, gzFile file, qn_error *error) 
         return qni_fail_memory(error, "unpacking gzip");
     if (code == Z_ERRNO)
         return fail_system(path, failure, error);
-    return qni_fail(error, QN_ERROR_INPUT,
-                    "cannot read '%.200s': its gzip stream is damaged or cut short (%s); fetch it again",
-                    path, code == Z_BUF_ERROR ? "it ends too early" : text);
+    return qni_fail(
+        error, QN_ERROR_INPUT,
+        "cannot read '%.200s': its gzip stream is damaged or cut short (%s); fetch it again", path,
+        code == Z_BUF_ERROR ? "it ends too early" : text);
 }
 
 void qni_content_free(qni_content *content) {
@@ -55,13 +56,15 @@ static bool grow(qni_content *content) {
 static qn_status read_all(gzFile file, int64_t file_size, qni_content *content, qn_error *error) {
     for (;;) {
         if (content->size == content->capacity && !grow(content))
-            return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the content of '%.200s'",
-                            content->path);
+            return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                            "not enough memory for the content of '%.200s'", content->path);
         if (file_size > 0 && qni_progress(content->context, "read",
                                           0.5 * (double)gzoffset(file) / (double)file_size))
-            return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while reading '%.200s'", content->path);
+            return qni_fail(error, QN_ERROR_CANCELLED, "cancelled while reading '%.200s'",
+                            content->path);
         int64_t room = content->capacity - content->size;
-        int taken = gzread(file, content->bytes + content->size, (unsigned)(room < STEP ? room : STEP));
+        int taken =
+            gzread(file, content->bytes + content->size, (unsigned)(room < STEP ? room : STEP));
         if (taken < 0)
             return fail_unpacking(content->path, file, error);
         content->size += taken;
@@ -87,7 +90,8 @@ qn_status qni_content_load(qn_context *context, const char *path, qni_content *c
     if (fstat(descriptor, &info) != 0 || S_ISDIR(info.st_mode)) {
         close(descriptor);
         return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': it is a folder; give the name of a file in it", path);
+                        "cannot read '%.200s': it is a folder; give the name of a file in it",
+                        path);
     }
     int64_t file_size = S_ISREG(info.st_mode) ? (int64_t)info.st_size : 0;
     int64_t capacity = first_capacity(descriptor, file_size);
@@ -97,15 +101,16 @@ qn_status qni_content_load(qn_context *context, const char *path, qni_content *c
     if (!file) {
         close(descriptor);
         qni_content_free(content);
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for the content of '%.200s'",
-                        path);
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "not enough memory for the content of '%.200s'", path);
     }
     gzbuffer(file, 1 << 17);
     qn_status status = read_all(file, file_size, content, error);
     int closed = gzclose_r(file);
     if (status == QN_OK && closed == Z_BUF_ERROR)
-        status = qni_fail(error, QN_ERROR_INPUT,
-                          "cannot read '%.200s': its gzip stream is cut short; fetch it again", path);
+        status =
+            qni_fail(error, QN_ERROR_INPUT,
+                     "cannot read '%.200s': its gzip stream is cut short; fetch it again", path);
     if (status != QN_OK)
         qni_content_free(content);
     return status;

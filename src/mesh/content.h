@@ -13,7 +13,8 @@ typedef struct qni_content {
     int64_t capacity;
 } qni_content;
 
-/* QN_ERROR_INPUT: no such file, a folder, no right to read, a damaged gzip stream; on failure nothing is held. */
+/* QN_ERROR_INPUT: no such file, a folder, no right to read, a damaged gzip stream; on failure
+ * nothing is held. */
 qn_status qni_content_load(qn_context *context, const char *path, qni_content *content,
                            qn_error *error);
 void qni_content_free(qni_content *content);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-/* Curvature at vertices from how the normals turn: round each vertex the slopes that the neighbours' normals tell are fitted with
- * those of a cubic height field (Goldfeather and Interrante 2004, normals only). Positions are left out of the fit: vertices of an
- * iso-surface stand on the interpolant's small facets, whose second differences say nothing, however fine the grid. */
+/* Curvature at vertices from how the normals turn: round each vertex the slopes that the
+ * neighbours' normals tell are fitted with those of a cubic height field (Goldfeather and
+ * Interrante 2004, normals only). Positions are left out of the fit: vertices of an iso-surface
+ * stand on the interpolant's small facets, whose second differences say nothing, however fine the
+ * grid. */
 #include "mesh/mesh.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -43,7 +45,8 @@ static bool gather_faces(qn_context *context, const qn_mesh *mesh, round_vertice
             ++round->start[corner[n] + 2];
     for (int64_t v = 0; v < vertices; ++v)
         round->start[v + 2] += round->start[v + 1];
-    /* start[v + 1] runs from the vertex' first place to its last, and so becomes the next one's first. */
+    /* start[v + 1] runs from the vertex' first place to its last, and so becomes the next one's
+     * first. */
     for (int64_t f = 0; f < faces; ++f)
         for (int n = corners_of(mesh, f, &corner); n-- > 0;)
             round->faces[round->start[corner[n] + 1]++] = (uint32_t)f;
@@ -54,8 +57,10 @@ static bool gather_faces(qn_context *context, const qn_mesh *mesh, round_vertice
 static void face_normal(const qn_mesh *mesh, int64_t face, double out[3]) {
     const uint32_t *corner;
     const int count = corners_of(mesh, face, &corner);
-    const float *p0 = mesh->positions + 3 * (int64_t)corner[0], *p1 = mesh->positions + 3 * (int64_t)corner[1];
-    const float *p2 = mesh->positions + 3 * (int64_t)corner[2], *p3 = mesh->positions + 3 * (int64_t)corner[count - 1];
+    const float *p0 = mesh->positions + 3 * (int64_t)corner[0],
+                *p1 = mesh->positions + 3 * (int64_t)corner[1];
+    const float *p2 = mesh->positions + 3 * (int64_t)corner[2],
+                *p3 = mesh->positions + 3 * (int64_t)corner[count - 1];
     double u[3], v[3];
     for (int a = 0; a < 3; ++a) {
         u[a] = (double)p2[a] - (double)p0[a];
@@ -95,7 +100,9 @@ static void set_frame(const job *j, int64_t v, frame *f) {
         f->origin[a] = (double)p[a];
         z[a] = (double)n[a];
     }
-    const int least = fabs(z[0]) <= fabs(z[1]) && fabs(z[0]) <= fabs(z[2]) ? 0 : fabs(z[1]) <= fabs(z[2]) ? 1 : 2;
+    const int least = fabs(z[0]) <= fabs(z[1]) && fabs(z[0]) <= fabs(z[2]) ? 0
+                      : fabs(z[1]) <= fabs(z[2])                           ? 1
+                                                                           : 2;
     double squares = 0;
     for (int a = 0; a < 3; ++a) {
         t[a] = (a == least ? 1 : 0) - z[least] * z[a];
@@ -124,7 +131,8 @@ static void add_row(equations *e, const double row[UNKNOWNS], double value) {
     }
 }
 
-/* Height h = (A x^2 + 2 B x y + C y^2) / 2 + D x^3 + E x^2 y + F x y^2 + G y^3: its slopes at a neighbour. */
+/* Height h = (A x^2 + 2 B x y + C y^2) / 2 + D x^3 + E x^2 y + F x y^2 + G y^3: its slopes at a
+ * neighbour. */
 static void add_neighbour(const job *j, const frame *f, uint32_t neighbour, equations *e) {
     double way[3], normal[3];
     for (int a = 0; a < 3; ++a) {
@@ -141,7 +149,8 @@ static void add_neighbour(const job *j, const frame *f, uint32_t neighbour, equa
     ++e->neighbours;
 }
 
-/* Solve the first `size` of the equations by Cholesky's method; false when they do not tell all unknowns. */
+/* Solve the first `size` of the equations by Cholesky's method; false when they do not tell all
+ * unknowns. */
 static bool solve(const equations *e, int size, double out[UNKNOWNS]) {
     double l[UNKNOWNS][UNKNOWNS], y[UNKNOWNS];
     for (int r = 0; r < size; ++r)
@@ -176,7 +185,8 @@ static double mean_distance(const job *j, int64_t v, const frame *f) {
     for (int64_t n = j->round.start[v]; n < j->round.start[v + 1]; ++n)
         for (int k = corners_of(j->mesh, j->round.faces[n], &corner); k-- > 0;) {
             const float *p = j->mesh->positions + 3 * (int64_t)corner[k];
-            const double way[3] = {(double)p[0] - f->origin[0], (double)p[1] - f->origin[1], (double)p[2] - f->origin[2]};
+            const double way[3] = {(double)p[0] - f->origin[0], (double)p[1] - f->origin[1],
+                                   (double)p[2] - f->origin[2]};
             sum += sqrt(dot(way, way));
             count += corner[k] != (uint32_t)v;
         }
@@ -203,7 +213,8 @@ static void fit(const job *j, int64_t v, double *mean, double *gaussian) {
     *gaussian = (h[0] * h[2] - h[1] * h[1]) / (f.scale * f.scale);
 }
 
-static qn_status run(qn_context *context, job *j, float *made, float *mean_out, float *gaussian_out, qn_error *error) {
+static qn_status run(qn_context *context, job *j, float *made, float *mean_out, float *gaussian_out,
+                     qn_error *error) {
     const int64_t vertices = j->mesh->vertex_count;
     const int32_t threads = qn_context_threads(context);
     if (!gather_faces(context, j->mesh, &j->round))
@@ -223,8 +234,8 @@ static qn_status run(qn_context *context, job *j, float *made, float *mean_out, 
     return QN_OK;
 }
 
-qn_status qn_mesh_get_curvature(qn_context *context, const qn_mesh *mesh, float *mean_out, float *gaussian_out,
-                                qn_error *error) {
+qn_status qn_mesh_get_curvature(qn_context *context, const qn_mesh *mesh, float *mean_out,
+                                float *gaussian_out, qn_error *error) {
     const int64_t vertices = mesh->vertex_count;
     float *made = mesh->normals ? NULL : qni_alloc(context, vertices, 3 * sizeof *made);
     job j = {.mesh = mesh, .normals = mesh->normals ? mesh->normals : made};

@@ -31,8 +31,8 @@ typedef struct qni_write_job {
     bool ascii;
 } qni_write_job;
 
-/* Each writes into an open output and leaves failures there; the caller commits. The ones that can refuse
- * a mesh for its size do so before anything is opened, in qni_check_NAME(). */
+/* Each writes into an open output and leaves failures there; the caller commits. The ones that can
+ * refuse a mesh for its size do so before anything is opened, in qni_check_NAME(). */
 void qni_write_ply(const qni_write_job *job, qni_output *output);
 void qni_write_obj(const qni_write_job *job, qni_output *output);
 void qni_write_stl(const qni_write_job *job, qni_output *output);
@@ -50,8 +50,9 @@ qn_status qni_read_off(const qni_content *content, qni_builder *builder, qn_erro
 bool qni_is_binary_stl(const qni_content *content);
 
 /* QN_ERROR_INPUT: "cannot read 'x.obj': line 12: ..."; `place` is "line" or "byte". */
-qn_status qni_fail_at(const qni_content *content, const char *place, int64_t number, qn_error *error,
-                      const char *format, ...) __attribute__((format(printf, 5, 6)));
+qn_status qni_fail_at(const qni_content *content, const char *place, int64_t number,
+                      qn_error *error, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
 qn_status qni_fail_read_memory(const qni_content *content, qn_error *error);
 /* True when the caller asked to stop; `at` is how far reading came. */
 bool qni_read_stopped(const qni_content *content, const char *at);

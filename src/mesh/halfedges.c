@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Halfedges of any mesh from its indices: sides sorted by their two vertices, neighbours in that order are twins. The grid
- * gives them without sorting (dmc/link.c); this is for meshes that come from elsewhere, and the judge of the other. */
+/* Halfedges of any mesh from its indices: sides sorted by their two vertices, neighbours in that
+ * order are twins. The grid gives them without sorting (dmc/link.c); this is for meshes that come
+ * from elsewhere, and the judge of the other. */
 #include "mesh/mesh.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -16,12 +17,15 @@ qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error 
     qni_mesh_free_halfedges(mesh);
     const int64_t count = mesh->quad_count ? 4 * mesh->quad_count : 3 * mesh->triangle_count;
     if (mesh->quad_count && mesh->triangle_count)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "halfedges need a mesh of quads alone or of triangles alone: split the quads first");
+        return qni_fail(
+            error, QN_ERROR_INVALID_ARGUMENT,
+            "halfedges need a mesh of quads alone or of triangles alone: split the quads first");
     if (count > UINT32_MAX - 1)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "the mesh has %lld halfedges, more than the 2^32 - 2 that can be numbered", (long long)count);
-    const int64_t room = count + 4 * mesh->quad_slack, vertex_room = mesh->vertex_count + mesh->vertex_slack;
+                        "the mesh has %lld halfedges, more than the 2^32 - 2 that can be numbered",
+                        (long long)count);
+    const int64_t room = count + 4 * mesh->quad_slack,
+                  vertex_room = mesh->vertex_count + mesh->vertex_slack;
     uint32_t *twins = qni_alloc(context, room, sizeof *twins);
     uint32_t *of_vertices = qni_alloc(context, vertex_room, sizeof *of_vertices);
     if (!twins || !of_vertices) {
@@ -36,7 +40,8 @@ qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error 
 }
 
 void qni_mesh_free_halfedges(qn_mesh *mesh) {
-    qni_free(mesh->context, mesh->twins, mesh->halfedge_count + 4 * mesh->quad_slack, sizeof *mesh->twins);
+    qni_free(mesh->context, mesh->twins, mesh->halfedge_count + 4 * mesh->quad_slack,
+             sizeof *mesh->twins);
     qni_free(mesh->context, mesh->vertex_halfedges, mesh->vertex_count + mesh->vertex_slack,
              sizeof *mesh->vertex_halfedges);
     mesh->twins = mesh->vertex_halfedges = NULL;
@@ -44,7 +49,8 @@ void qni_mesh_free_halfedges(qn_mesh *mesh) {
 }
 
 qn_halfedges qn_mesh_get_halfedges(const qn_mesh *mesh) {
-    qn_halfedges halfedges = {mesh->quad_count ? 4 : 3, mesh->halfedge_count, mesh->twins, mesh->vertex_halfedges};
+    qn_halfedges halfedges = {mesh->quad_count ? 4 : 3, mesh->halfedge_count, mesh->twins,
+                              mesh->vertex_halfedges};
     return halfedges;
 }
 
@@ -61,7 +67,8 @@ static uint32_t next_of(uint32_t h, uint32_t corners) {
     return h % corners == corners - 1 ? h + 1 - corners : h + 1;
 }
 
-static void pair_equal_sides(const qn_mesh *mesh, const uint32_t *origin, const side *from, const side *end) {
+static void pair_equal_sides(const qn_mesh *mesh, const uint32_t *origin, const side *from,
+                             const side *end) {
     for (const side *s = from; s < end; ++s)
         mesh->twins[s->halfedge] = QN_NO_HALFEDGE;
     if (end - from == 2 && origin[from[0].halfedge] != origin[from[1].halfedge]) {
@@ -97,7 +104,8 @@ qn_status qn_mesh_build_halfedges(qn_context *context, qn_mesh *mesh, qn_error *
     }
     qsort(sides, (size_t)count, sizeof *sides, compare_sides);
     for (int64_t from = 0, end; from < count; from = end) {
-        for (end = from + 1; end < count && sides[end].low == sides[from].low && sides[end].high == sides[from].high;)
+        for (end = from + 1; end < count && sides[end].low == sides[from].low &&
+                             sides[end].high == sides[from].high;)
             ++end;
         pair_equal_sides(mesh, origin, sides + from, sides + end);
     }

@@ -15,10 +15,11 @@ qn_status qni_mesh_alloc(qn_context *context, int64_t vertex_count, int64_t quad
     if (vertex_count < 0 || quad_count < 0 || triangle_count < 0)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "a mesh cannot have a negative count");
     if (vertex_count > largest_vertex_count)
-        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
-                        "the mesh would have %lld vertices, more than the 2^32 - 1 that its indices "
-                        "can name: take a coarser volume, or a part of it",
-                        (long long)vertex_count);
+        return qni_fail(
+            error, QN_ERROR_OUT_OF_MEMORY,
+            "the mesh would have %lld vertices, more than the 2^32 - 1 that its indices "
+            "can name: take a coarser volume, or a part of it",
+            (long long)vertex_count);
     qn_mesh *mesh = qni_alloc_zero(context, 1, sizeof *mesh);
     if (!mesh)
         return qni_fail_memory(error, "a mesh");
@@ -56,18 +57,22 @@ static bool indices_in_range(const uint32_t *indices, int64_t count, int64_t ver
 static qn_status copy_tags(qn_mesh *mesh, const qn_mesh_view *view, qn_error *error) {
     bool good = true;
     if (view->triangle_owners && view->triangle_count)
-        good = good && (mesh->triangle_owners = qni_alloc(mesh->context, view->triangle_count, sizeof(int32_t)));
+        good = good && (mesh->triangle_owners =
+                            qni_alloc(mesh->context, view->triangle_count, sizeof(int32_t)));
     if (view->crease_edge_count)
-        good = good && (mesh->crease_edges = qni_alloc(mesh->context, view->crease_edge_count, 2 * sizeof(uint32_t)));
+        good = good && (mesh->crease_edges = qni_alloc(mesh->context, view->crease_edge_count,
+                                                       2 * sizeof(uint32_t)));
     mesh->crease_edge_count = mesh->crease_edges ? view->crease_edge_count : 0;
     if (!good) {
         qn_mesh_destroy(mesh);
         return qni_fail_memory(error, "a mesh");
     }
     if (mesh->triangle_owners)
-        memcpy(mesh->triangle_owners, view->triangle_owners, (size_t)mesh->triangle_count * sizeof(int32_t));
+        memcpy(mesh->triangle_owners, view->triangle_owners,
+               (size_t)mesh->triangle_count * sizeof(int32_t));
     if (mesh->crease_edges)
-        memcpy(mesh->crease_edges, view->crease_edges, (size_t)mesh->crease_edge_count * 2 * sizeof(uint32_t));
+        memcpy(mesh->crease_edges, view->crease_edges,
+               (size_t)mesh->crease_edge_count * 2 * sizeof(uint32_t));
     return QN_OK;
 }
 
@@ -78,7 +83,8 @@ qn_status qn_mesh_create(qn_context *context, const qn_mesh_view *view, qn_mesh 
         !indices_in_range(view->triangles, 3 * view->triangle_count, view->vertex_count) ||
         !indices_in_range(view->crease_edges, 2 * view->crease_edge_count, view->vertex_count))
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "a face or crease names a vertex beyond the mesh's %lld", (long long)view->vertex_count);
+                        "a face or crease names a vertex beyond the mesh's %lld",
+                        (long long)view->vertex_count);
     qn_mesh *mesh;
     QN_TRY(qni_mesh_alloc(context, view->vertex_count, view->quad_count, view->triangle_count,
                           view->normals != NULL, &mesh, error));
@@ -89,7 +95,8 @@ qn_status qn_mesh_create(qn_context *context, const qn_mesh_view *view, qn_mesh 
     if (mesh->quads)
         memcpy(mesh->quads, view->quads, (size_t)mesh->quad_count * 4 * sizeof(uint32_t));
     if (mesh->triangles)
-        memcpy(mesh->triangles, view->triangles, (size_t)mesh->triangle_count * 3 * sizeof(uint32_t));
+        memcpy(mesh->triangles, view->triangles,
+               (size_t)mesh->triangle_count * 3 * sizeof(uint32_t));
     QN_TRY(copy_tags(mesh, view, error));
     if (view->space)
         strncpy(mesh->space, view->space, sizeof mesh->space - 1);
@@ -103,8 +110,10 @@ void qn_mesh_destroy(qn_mesh *mesh) {
     if (!mesh)
         return;
     qni_mesh_free_halfedges(mesh);
-    qni_free(mesh->context, mesh->positions, mesh->vertex_count + mesh->vertex_slack, 3 * sizeof(float));
-    qni_free(mesh->context, mesh->normals, mesh->vertex_count + mesh->vertex_slack, 3 * sizeof(float));
+    qni_free(mesh->context, mesh->positions, mesh->vertex_count + mesh->vertex_slack,
+             3 * sizeof(float));
+    qni_free(mesh->context, mesh->normals, mesh->vertex_count + mesh->vertex_slack,
+             3 * sizeof(float));
     qni_free(mesh->context, mesh->quads, mesh->quad_count + mesh->quad_slack, 4 * sizeof(uint32_t));
     qni_free(mesh->context, mesh->triangles, mesh->triangle_count, 3 * sizeof(uint32_t));
     qni_free(mesh->context, mesh->triangle_owners, mesh->triangle_count, sizeof(int32_t));
@@ -113,9 +122,9 @@ void qn_mesh_destroy(qn_mesh *mesh) {
 }
 
 qn_mesh_view qn_mesh_get_view(const qn_mesh *mesh) {
-    qn_mesh_view view = {mesh->vertex_count, mesh->quad_count, mesh->triangle_count,
-                         mesh->positions,    mesh->normals,    mesh->quads,
-                         mesh->triangles,    mesh->space,      mesh->unit,
-                         mesh->triangle_owners, mesh->crease_edge_count, mesh->crease_edges};
+    qn_mesh_view view = {
+        mesh->vertex_count, mesh->quad_count,      mesh->triangle_count,    mesh->positions,
+        mesh->normals,      mesh->quads,           mesh->triangles,         mesh->space,
+        mesh->unit,         mesh->triangle_owners, mesh->crease_edge_count, mesh->crease_edges};
     return view;
 }

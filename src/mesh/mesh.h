@@ -8,14 +8,15 @@
 struct qn_mesh {
     qn_context *context;
     int64_t vertex_count, quad_count, triangle_count;
-    float *positions;    /* [vertex_count][3] */
-    float *normals;      /* [vertex_count][3] or NULL */
-    uint32_t *quads;     /* [quad_count][4] or NULL */
-    uint32_t *triangles; /* [triangle_count][3] or NULL */
+    float *positions;           /* [vertex_count][3] */
+    float *normals;             /* [vertex_count][3] or NULL */
+    uint32_t *quads;            /* [quad_count][4] or NULL */
+    uint32_t *triangles;        /* [triangle_count][3] or NULL */
     uint32_t *twins;            /* [halfedge_count] or NULL */
     uint32_t *vertex_halfedges; /* [vertex_count] or NULL, together with twins */
     int64_t halfedge_count;     /* 4 quad_count or 3 triangle_count when there are twins, else 0 */
-    int64_t vertex_slack, quad_slack; /* room in the arrays beyond the counts, where some were dropped in place */
+    int64_t vertex_slack,
+        quad_slack; /* room in the arrays beyond the counts, where some were dropped in place */
     char space[32];
     char unit[16];
     int32_t *triangle_owners; /* [triangle_count] or NULL */
@@ -28,7 +29,8 @@ qn_status qni_mesh_alloc(qn_context *context, int64_t vertex_count, int64_t quad
                          int64_t triangle_count, bool with_normals, qn_mesh **mesh_out,
                          qn_error *error);
 
-/* Room for the halfedges of a mesh of one kind of face, and giving it up (before faces or vertices change). */
+/* Room for the halfedges of a mesh of one kind of face, and giving it up (before faces or vertices
+ * change). */
 qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
 void qni_mesh_free_halfedges(qn_mesh *mesh);
 

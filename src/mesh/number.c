@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Numbers as text. A float has at most nine significant digits that matter, which a double holds with
- * seven to spare: that makes shortest output and exact input cheap without big integers. */
+/* Numbers as text. A float has at most nine significant digits that matter, which a double holds
+ * with seven to spare: that makes shortest output and exact input cheap without big integers. */
 #define _GNU_SOURCE /* strtod_l */
 #include "mesh/number.h"
 
@@ -49,7 +49,8 @@ static bool reads_back(uint32_t digits, int exponent, float value) {
 static uint32_t shortest_digits(float value, int *exponent_out) {
     int binary;
     frexp((double)value, &binary);
-    int decimal = (int)floor((binary - 1) * 0.30102999566398120); /* of the leading digit, or one less */
+    int decimal =
+        (int)floor((binary - 1) * 0.30102999566398120); /* of the leading digit, or one less */
     if (scale_by_ten(1, decimal + 1) <= (double)value)
         ++decimal;
     int exponent = decimal - (FLOAT_DIGITS - 1);
@@ -157,8 +158,10 @@ static const char *parse_special(const char *at, const char *end, double *value_
 static double parse_slowly(const char *from, const char *to) {
     char text[128];
     size_t length = (size_t)(to - from);
-    if (length >= sizeof text) { /* digits beyond a hundred change nothing; an exponent would be lost */
-        const char *e = memchr(from, 'e', length) ? memchr(from, 'e', length) : memchr(from, 'E', length);
+    if (length >=
+        sizeof text) { /* digits beyond a hundred change nothing; an exponent would be lost */
+        const char *e =
+            memchr(from, 'e', length) ? memchr(from, 'e', length) : memchr(from, 'E', length);
         size_t tail = e && to - e < 24 ? (size_t)(to - e) : 0;
         const char *point = memchr(from, '.', length);
         if (!point || point - from > 96)
@@ -170,7 +173,8 @@ static double parse_slowly(const char *from, const char *to) {
         memcpy(text, from, length);
     }
     text[length] = 0;
-    locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0); /* glibc: a constant, nothing made */
+    locale_t c_locale =
+        newlocale(LC_ALL_MASK, "C", (locale_t)0); /* glibc: a constant, nothing made */
     double value = strtod_l(text, NULL, c_locale);
     freelocale(c_locale);
     return value;
@@ -231,8 +235,8 @@ const char *qni_parse_double(const char *at, const char *end, double *value_out)
     if (number.any) {
         bool exact = number.digit_count <= 19 && number.digits <= (UINT64_C(1) << 53) &&
                      abs(number.exponent) <= EXACT_POWER;
-        *value_out = exact ? scale_by_ten((double)number.digits, number.exponent)
-                           : parse_slowly(from, at);
+        *value_out =
+            exact ? scale_by_ten((double)number.digits, number.exponent) : parse_slowly(from, at);
     }
     if (negative)
         *value_out = -*value_out;

@@ -88,7 +88,8 @@ static qn_status read_property(const qni_content *content, qni_text *text, qni_p
     if (is_list) {
         property->count_type = take_type(text);
         if (property->count_type == QNI_PLY_NO_TYPE || property->count_type >= QNI_PLY_F32)
-            return fail_line(content, text, error, "the length of a list needs a whole-number type");
+            return fail_line(content, text, error,
+                             "the length of a list needs a whole-number type");
     }
     property->type = take_type(text);
     if (property->type == QNI_PLY_NO_TYPE)
@@ -115,7 +116,8 @@ static void read_comment(qni_text *text, qni_ply_header *header) {
     char *to = is_space ? header->space : header->unit;
     size_t room = is_space ? sizeof header->space : sizeof header->unit;
     size_t length = 0;
-    while (length + 1 < room && text->at + length < text->end && !qni_is_line_end(text->at[length])) {
+    while (length + 1 < room && text->at + length < text->end &&
+           !qni_is_line_end(text->at[length])) {
         to[length] = text->at[length];
         ++length;
     }
@@ -136,7 +138,8 @@ static qn_status read_line(const qni_content *content, qni_text *text, qni_ply_h
         return read_property(content, text, header, error);
     else if (!qni_at_line_end(text) && !qni_take_word(text, "obj_info"))
         return qni_fail_at(content, "line", text->line, error, "'%.*s' is no word of a PLY header",
-                           (int)(qni_word_length(text) < 24 ? qni_word_length(text) : 24), text->at);
+                           (int)(qni_word_length(text) < 24 ? qni_word_length(text) : 24),
+                           text->at);
     return QN_OK;
 }
 
@@ -145,11 +148,13 @@ qn_status qni_ply_read_header(const qni_content *content, qni_text *text, qni_pl
     *header = (qni_ply_header){0};
     bool has_format = false;
     if (!qni_take_word(text, "ply"))
-        return fail_line(content, text, error, "a PLY file begins with 'ply'; give the right format");
+        return fail_line(content, text, error,
+                         "a PLY file begins with 'ply'; give the right format");
     for (;;) {
         qni_next_line(text);
         if (text->at == text->end)
-            return fail_line(content, text, error, "the header does not end; the file is cut short");
+            return fail_line(content, text, error,
+                             "the header does not end; the file is cut short");
         qni_skip_blanks(text);
         if (qni_take_word(text, "end_header"))
             break;
@@ -158,10 +163,11 @@ qn_status qni_ply_read_header(const qni_content *content, qni_text *text, qni_pl
     if (!has_format)
         return fail_line(content, text, error, "the header names no format");
     if (text->at == text->end)
-        return header->element_count ? fail_line(content, text, error, "the file ends with its header")
-                                     : QN_OK;
-    /* A data byte that happens to be a line feed must not be taken for the end of a line in CR style:
-     * CR LF is taken whole only when the header's first line ended so. */
+        return header->element_count
+                   ? fail_line(content, text, error, "the file ends with its header")
+                   : QN_OK;
+    /* A data byte that happens to be a line feed must not be taken for the end of a line in CR
+     * style: CR LF is taken whole only when the header's first line ended so. */
     bool crlf = content->size > 4 && content->bytes[3] == '\r' && content->bytes[4] == '\n';
     while (text->at < text->end && !qni_is_line_end(*text->at))
         ++text->at;

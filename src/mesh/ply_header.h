@@ -26,8 +26,12 @@ typedef enum qni_ply_type {
 /* What a property is to us. The vectors' members are in order. */
 typedef enum qni_ply_role {
     QNI_PLY_OTHER,
-    QNI_PLY_X, QNI_PLY_Y, QNI_PLY_Z,
-    QNI_PLY_NX, QNI_PLY_NY, QNI_PLY_NZ,
+    QNI_PLY_X,
+    QNI_PLY_Y,
+    QNI_PLY_Z,
+    QNI_PLY_NX,
+    QNI_PLY_NY,
+    QNI_PLY_NZ,
     QNI_PLY_CORNERS
 } qni_ply_role;
 
@@ -42,7 +46,7 @@ enum { QNI_PLY_PROPERTIES = 256, QNI_PLY_ELEMENTS = 32 };
 typedef struct qni_ply_element {
     bool is_vertex, is_face;
     int64_t count;
-    int first, last; /* its properties, the last one excluded */
+    int first, last;     /* its properties, the last one excluded */
     int64_t least_bytes; /* that one item takes */
     bool has_role[QNI_PLY_CORNERS + 1];
 } qni_ply_element;

@@ -15,7 +15,8 @@ typedef struct ring {
     int32_t reflex_count;
 } ring;
 
-/* The Newell normal: its components are the areas of the polygon's shadows on the coordinate planes. */
+/* The Newell normal: its components are the areas of the polygon's shadows on the coordinate
+ * planes. */
 static void newell_normal(const float *positions, const uint32_t *corners, int64_t count,
                           double normal[3]) {
     normal[0] = normal[1] = normal[2] = 0;
@@ -32,7 +33,8 @@ static void newell_normal(const float *positions, const uint32_t *corners, int64
     }
 }
 
-/* Drop the axis that the polygon faces most, with the winding made counter-clockwise; false without area. */
+/* Drop the axis that the polygon faces most, with the winding made counter-clockwise; false without
+ * area. */
 static bool flatten(const float *positions, const uint32_t *corners, int64_t count,
                     flat_point *points) {
     double normal[3];
@@ -82,7 +84,8 @@ static bool is_ear(const ring *r, int32_t i) {
     return true;
 }
 
-/* What is clipped when nothing is an ear any more: a corner without area if there is one, else any. */
+/* What is clipped when nothing is an ear any more: a corner without area if there is one, else any.
+ */
 static int32_t least_bad(const ring *r, int32_t start) {
     int32_t best = start;
     for (int32_t i = r->next[start]; i != start; i = r->next[i])
@@ -102,7 +105,8 @@ static void set_up(ring *r, int32_t count) {
             r->reflex[r->reflex_count++] = i;
 }
 
-/* Corners that were clipped, or that are reflex no more, need no looking at: clipping never makes one reflex. */
+/* Corners that were clipped, or that are reflex no more, need no looking at: clipping never makes
+ * one reflex. */
 static void refresh_reflex(ring *r) {
     int32_t kept = 0;
     for (int32_t k = 0; k < r->reflex_count; ++k) {
@@ -145,8 +149,8 @@ static void clip(ring *r, const uint32_t *corners, int32_t count, uint32_t *tria
     *triangles++ = corners[r->next[at]];
 }
 
-void qni_polygon_split(const float *positions, const uint32_t *corners, int64_t count, void *scratch,
-                       uint32_t *triangles) {
+void qni_polygon_split(const float *positions, const uint32_t *corners, int64_t count,
+                       void *scratch, uint32_t *triangles) {
     ring r;
     r.points = scratch;
     if (count > 3 && count <= QNI_LARGEST_CLIPPED && flatten(positions, corners, count, r.points)) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-/* Exact orientation tests. An expansion is a sum of doubles of growing size that do not overlap, so its
- * last component carries its sign. After J. R. Shewchuk, Adaptive precision floating-point arithmetic and
- * fast robust geometric predicates, 1997: two-sum and two-product of section 2.3 and 2.5, the sum and the
- * scaling of expansions of sections 2.4 and 2.6, the error bounds A of tables 3 and 4.
+/* Exact orientation tests. An expansion is a sum of doubles of growing size that do not overlap, so
+ * its last component carries its sign. After J. R. Shewchuk, Adaptive precision floating-point
+ * arithmetic and fast robust geometric predicates, 1997: two-sum and two-product of section 2.3
+ * and 2.5, the sum and the scaling of expansions of sections 2.4 and 2.6, the error bounds A of
+ * tables 3 and 4.
  *
- * The coordinates are floats, so no product of three differences can leave the range of double: the least
- * unit is 2^-447, the largest value below 2^390. Nothing here can overflow or underflow. */
+ * The coordinates are floats, so no product of three differences can leave the range of double: the
+ * least unit is 2^-447, the largest value below 2^390. Nothing here can overflow or underflow. */
 #include "mesh/predicates.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Signs of determinants of float coordinates, never wrong: a filter in double, then exact expansions. */
+/* Signs of determinants of float coordinates, never wrong: a filter in double, then exact
+ * expansions. */
 #ifndef QNI_MESH_PREDICATES_H
 #define QNI_MESH_PREDICATES_H
 
@@ -12,8 +13,8 @@ int qni_orient3d(const float a[3], const float b[3], const float c[3], const flo
 /* The same sign with no filter before it; what the filter is tested against. */
 int qni_orient3d_exact(const float a[3], const float b[3], const float c[3], const float d[3]);
 
-/* Sign of the area of a, b, c seen in the plane of the coordinates x and y (0, 1 or 2): +1 when they
- * run counter-clockwise, 0 when they are collinear there. */
+/* Sign of the area of a, b, c seen in the plane of the coordinates x and y (0, 1 or 2): +1 when
+ * they run counter-clockwise, 0 when they are collinear there. */
 int qni_orient2d(const float a[3], const float b[3], const float c[3], int x, int y);
 
 /* True when the three points lie on one line, or coincide. */

@@ -8,15 +8,15 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-qn_status qni_fail_at(const qni_content *content, const char *place, int64_t number, qn_error *error,
-                      const char *format, ...) {
+qn_status qni_fail_at(const qni_content *content, const char *place, int64_t number,
+                      qn_error *error, const char *format, ...) {
     char reason[256];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(reason, sizeof reason, format, arguments);
     va_end(arguments);
-    return qni_fail(error, QN_ERROR_INPUT, "cannot read '%.200s': %s %lld: %s", content->path, place,
-                    (long long)number, reason);
+    return qni_fail(error, QN_ERROR_INPUT, "cannot read '%.200s': %s %lld: %s", content->path,
+                    place, (long long)number, reason);
 }
 
 qn_status qni_fail_read_memory(const qni_content *content, qn_error *error) {
@@ -82,14 +82,15 @@ static qn_status choose_format(const qni_content *content, const char *format,
             *format_out = format_of_content(content);
     }
     if (*format_out == QNI_NO_FORMAT)
-        return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': neither its name nor its first bytes are those of a PLY, OBJ, "
-                        "STL or OFF file; give the format",
-                        path);
+        return qni_fail(
+            error, QN_ERROR_INPUT,
+            "cannot read '%.200s': neither its name nor its first bytes are those of a PLY, OBJ, "
+            "STL or OFF file; give the format",
+            path);
     if (*format_out == QNI_GLB)
-        return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': GLB files can be written but not read; convert it to PLY",
-                        path);
+        return qni_fail(
+            error, QN_ERROR_INPUT,
+            "cannot read '%.200s': GLB files can be written but not read; convert it to PLY", path);
     return QN_OK;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* OBJ: vertices and faces; negative indices, lines continued by a backslash; all else is left out. */
+/* OBJ: vertices and faces; negative indices, lines continued by a backslash; all else is left out.
+ */
 #include "core/context.h"
 #include "core/status.h"
 #include "mesh/format.h"
@@ -42,8 +43,9 @@ static qn_status read_vertex(reader *r, qn_error *error) {
             return fail_line(r, error, "a vertex needs three numbers");
         position[a] = (float)value;
     }
-    return qni_builder_add_vertex(r->builder, position, NULL) ? QN_OK
-                                                              : qni_fail_read_memory(r->content, error);
+    return qni_builder_add_vertex(r->builder, position, NULL)
+               ? QN_OK
+               : qni_fail_read_memory(r->content, error);
 }
 
 /* "7", "7/1", "7//3", "7/1/3", "-1": the vertex alone counts. */
@@ -89,9 +91,9 @@ static qn_status read_face(reader *r, qn_error *error) {
 }
 
 static bool take_other(qni_text *text) {
-    static const char *const words[] = {"vn",     "vt",  "vp",     "l",  "p",   "s",     "g",
-                                        "o",      "mg",  "usemtl", "mtllib", "usemap", "maplib",
-                                        "bevel", "lod", "cstype", "deg", "curv", "surf", "end"};
+    static const char *const words[] = {
+        "vn",     "vt",     "vp",     "l",     "p",   "s",      "g",   "o",    "mg",   "usemtl",
+        "mtllib", "usemap", "maplib", "bevel", "lod", "cstype", "deg", "curv", "surf", "end"};
     for (size_t i = 0; i < sizeof words / sizeof *words; ++i)
         if (qni_take_word(text, words[i]))
             return true;
@@ -131,10 +133,11 @@ static qn_status read_lines(reader *r, qn_error *error) {
         leave_line(&r->text);
     }
     if (r->strange && r->builder->positions.count == 0)
-        return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': it has no vertices and other lines than OBJ files have; "
-                        "give the right format",
-                        r->content->path);
+        return qni_fail(
+            error, QN_ERROR_INPUT,
+            "cannot read '%.200s': it has no vertices and other lines than OBJ files have; "
+            "give the right format",
+            r->content->path);
     return QN_OK;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* OFF with its prefixes ST, C, N: one vertex or face a line, what follows its numbers (colours) left out. */
+/* OFF with its prefixes ST, C, N: one vertex or face a line, what follows its numbers (colours)
+ * left out. */
 #include "core/context.h"
 #include "core/status.h"
 #include "mesh/format.h"
@@ -42,9 +43,10 @@ static bool take_letters(qni_text *text, const char *letters) {
 static qn_status read_keyword(reader *r, qn_error *error) {
     qni_text *text = &r->text;
     if (!find_data(text))
-        return qni_fail(error, QN_ERROR_INPUT, "cannot read '%.200s': it is empty", r->content->path);
-    if (*text->at >= '0' && *text->at <= '9' && qni_word_length(text) > 0 && !(text->at[0] == '4' &&
-        text->end - text->at > 1 && text->at[1] == 'O'))
+        return qni_fail(error, QN_ERROR_INPUT, "cannot read '%.200s': it is empty",
+                        r->content->path);
+    if (*text->at >= '0' && *text->at <= '9' && qni_word_length(text) > 0 &&
+        !(text->at[0] == '4' && text->end - text->at > 1 && text->at[1] == 'O'))
         return QN_OK;
     take_letters(text, "ST");
     take_letters(text, "C");
@@ -59,7 +61,8 @@ static qn_status read_keyword(reader *r, qn_error *error) {
     return QN_OK;
 }
 
-static qn_status read_counts(reader *r, int64_t *vertices_out, int64_t *faces_out, qn_error *error) {
+static qn_status read_counts(reader *r, int64_t *vertices_out, int64_t *faces_out,
+                             qn_error *error) {
     if (!find_data(&r->text) || !qni_take_integer(&r->text, vertices_out) ||
         !qni_take_integer(&r->text, faces_out) || *vertices_out < 0 || *faces_out < 0)
         return fail_line(r, error, "the numbers of vertices and faces are expected here");
@@ -67,10 +70,11 @@ static qn_status read_counts(reader *r, int64_t *vertices_out, int64_t *faces_ou
     /* "0 0 0" and a line end; "3 0 0 0", but lines of fewer corners as well. */
     int64_t left = r->text.end - r->text.at + 1;
     if (*vertices_out > left / 6 || *faces_out > left / 2)
-        return qni_fail_at(r->content, "line", r->text.line, error,
-                           "%lld vertices and %lld faces are announced, but only %lld bytes follow; the "
-                           "file is cut short or damaged",
-                           (long long)*vertices_out, (long long)*faces_out, (long long)(left - 1));
+        return qni_fail_at(
+            r->content, "line", r->text.line, error,
+            "%lld vertices and %lld faces are announced, but only %lld bytes follow; the "
+            "file is cut short or damaged",
+            (long long)*vertices_out, (long long)*faces_out, (long long)(left - 1));
     return QN_OK;
 }
 
@@ -88,7 +92,8 @@ static qn_status read_vertices(reader *r, int64_t count, qn_error *error) {
         if (!qni_take_vector(&r->text, position))
             return fail_line(r, error, "a vertex needs three numbers");
         if (r->normals && !qni_take_vector(&r->text, normal))
-            return fail_line(r, error, "a vertex of a NOFF file needs three numbers more, its normal");
+            return fail_line(r, error,
+                             "a vertex of a NOFF file needs three numbers more, its normal");
         qni_next_line(&r->text);
         if (!qni_builder_add_vertex(r->builder, position, r->normals ? normal : NULL))
             return qni_fail_read_memory(r->content, error);
@@ -138,8 +143,8 @@ static qn_status read_faces(reader *r, int64_t count, qn_error *error) {
             return qni_fail_read_stopped(r->content, error);
         if (!find_data(&r->text))
             return qni_fail_at(r->content, "line", r->text.line, error,
-                               "the file ends after %lld of %lld faces; it is cut short", (long long)i,
-                               (long long)count);
+                               "the file ends after %lld of %lld faces; it is cut short",
+                               (long long)i, (long long)count);
         QN_TRY(read_face(r, error));
     }
     return QN_OK;

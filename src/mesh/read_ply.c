@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* PLY: text or binary of either byte order, properties of any order and type, other elements passed over. */
+/* PLY: text or binary of either byte order, properties of any order and type, other elements passed
+ * over. */
 #include "core/context.h"
 #include "core/status.h"
 #include "mesh/format.h"
@@ -66,7 +67,8 @@ static bool take_binary(reader *r, qni_ply_type type, double *value_out) {
 
 /* Lines mean nothing to the data of a text file but blanks between numbers. */
 static bool take_ascii(qni_text *text, double *value_out) {
-    for (qni_skip_blanks(text); text->at < text->end && qni_at_line_end(text); qni_skip_blanks(text))
+    for (qni_skip_blanks(text); text->at < text->end && qni_at_line_end(text);
+         qni_skip_blanks(text))
         qni_next_line(text);
     return qni_take_double(text, value_out);
 }
@@ -74,8 +76,9 @@ static bool take_ascii(qni_text *text, double *value_out) {
 static qn_status take_value(reader *r, qni_ply_type type, double *value_out, qn_error *error) {
     if (r->header.ascii ? take_ascii(&r->text, value_out) : take_binary(r, type, value_out))
         return QN_OK;
-    return r->text.at == r->text.end || !r->header.ascii ? fail_end(r, error)
-                                                         : fail_here(r, error, "a number is expected here");
+    return r->text.at == r->text.end || !r->header.ascii
+               ? fail_end(r, error)
+               : fail_here(r, error, "a number is expected here");
 }
 
 static bool reserve_corners(reader *r, int64_t count) {
@@ -161,14 +164,18 @@ static qn_status read_items(reader *r, const qni_ply_element *element, qn_error 
 static qn_status check_element(const reader *r, const qni_ply_element *element, qn_error *error) {
     int64_t left = r->text.end - r->text.at + 1;
     if (element->least_bytes && element->count > left / element->least_bytes)
-        return qni_fail_at(r->content, "byte", r->text.at - r->content->bytes, error,
-                           "%lld %s are announced, but only %lld bytes follow; the file is cut short or "
-                           "damaged",
-                           (long long)element->count,
-                           element->is_vertex ? "vertices" : element->is_face ? "faces" : "items",
-                           (long long)(left - 1));
+        return qni_fail_at(
+            r->content, "byte", r->text.at - r->content->bytes, error,
+            "%lld %s are announced, but only %lld bytes follow; the file is cut short or "
+            "damaged",
+            (long long)element->count,
+            element->is_vertex ? "vertices"
+            : element->is_face ? "faces"
+                               : "items",
+            (long long)(left - 1));
     if (element->is_vertex && element->count &&
-        !(element->has_role[QNI_PLY_X] && element->has_role[QNI_PLY_Y] && element->has_role[QNI_PLY_Z]))
+        !(element->has_role[QNI_PLY_X] && element->has_role[QNI_PLY_Y] &&
+          element->has_role[QNI_PLY_Z]))
         return fail_here(r, error, "the vertices have no x, y and z");
     if (element->is_face && element->count && !element->has_role[QNI_PLY_CORNERS])
         return fail_here(r, error, "the faces have no list vertex_indices");

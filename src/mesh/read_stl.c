@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* STL, binary and text. Which of them it is, the length says first: there are binary files that begin with
- * "solid". Facet normals are left out; the winding says the same. */
+/* STL, binary and text. Which of them it is, the length says first: there are binary files that
+ * begin with "solid". Facet normals are left out; the winding says the same. */
 #include "core/context.h"
 #include "core/status.h"
 #include "mesh/format.h"
@@ -32,11 +32,12 @@ static qn_status read_binary(const qni_content *content, qni_builder *builder, q
                              qn_error *error) {
     int64_t count = announced(content), whole = HEADER_LENGTH + FACET_LENGTH * count;
     if (count < 0 || content->size < whole)
-        return qni_fail(error, QN_ERROR_INPUT,
-                        "cannot read '%.200s': a binary STL file of %lld triangles takes %lld bytes, this one "
-                        "has %lld; it is cut short or no STL file",
-                        content->path, (long long)(count < 0 ? 0 : count),
-                        (long long)(count < 0 ? HEADER_LENGTH : whole), (long long)content->size);
+        return qni_fail(
+            error, QN_ERROR_INPUT,
+            "cannot read '%.200s': a binary STL file of %lld triangles takes %lld bytes, this one "
+            "has %lld; it is cut short or no STL file",
+            content->path, (long long)(count < 0 ? 0 : count),
+            (long long)(count < 0 ? HEADER_LENGTH : whole), (long long)content->size);
     const char *at = content->bytes + HEADER_LENGTH;
     for (int64_t i = 0; i < count; ++i, at += FACET_LENGTH) {
         if (i % QNI_PROGRESS_STEP == 0 && qni_read_stopped(content, at))
@@ -87,7 +88,8 @@ static qn_status read_text_line(const qni_content *content, qni_text *text, qni_
                !qni_take_word(text, "endfacet")) {
         return qni_fail_at(content, "line", text->line, error,
                            "'%.*s' is no word of an STL file; the file is damaged",
-                           (int)(qni_word_length(text) < 24 ? qni_word_length(text) : 24), text->at);
+                           (int)(qni_word_length(text) < 24 ? qni_word_length(text) : 24),
+                           text->at);
     }
     return QN_OK;
 }

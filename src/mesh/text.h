@@ -23,8 +23,8 @@ static inline bool qni_is_line_end(char c) {
 
 /* Over blanks within the line. */
 static inline void qni_skip_blanks(qni_text *text) {
-    while (text->at < text->end && (*text->at == ' ' || *text->at == '\t' || *text->at == '\f' ||
-                                    *text->at == '\v'))
+    while (text->at < text->end &&
+           (*text->at == ' ' || *text->at == '\t' || *text->at == '\f' || *text->at == '\v'))
         ++text->at;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 /* Two triangles meet or not: signs of determinants only, no point is ever computed.
  *
- * Triangles in different planes meet in a segment, each end of which lies on an edge of one and in the other;
- * so it is enough to try the edges of each against the other. In one plane two convex shapes are apart
- * when, and only when, one lies strictly outside an edge of the other. */
+ * Triangles in different planes meet in a segment, each end of which lies on an edge of one and in
+ * the other; so it is enough to try the edges of each against the other. In one plane two convex
+ * shapes are apart when, and only when, one lies strictly outside an edge of the other. */
 #include "mesh/triangle_pair.h"
 #include "mesh/predicates.h"
 
@@ -99,8 +99,8 @@ static bool in_wedge(const projection *plane, const triangle *wedge, const float
            sense * sense_in(plane, s, p, wedge->p[2]) >= 0;
 }
 
-/* Corner 0 is shared. What the triangles have in common is convex and holds that corner; if there is more of
- * it, its far end lies on the edge opposite the corner, of one or the other. */
+/* Corner 0 is shared. What the triangles have in common is convex and holds that corner; if there
+ * is more of it, its far end lies on the edge opposite the corner, of one or the other. */
 static bool neighbors_at_vertex_meet(const triangle *a, const triangle *b) {
     int b_first = qni_orient3d(a->p[0], a->p[1], a->p[2], b->p[1]);
     int b_second = qni_orient3d(a->p[0], a->p[1], a->p[2], b->p[2]);

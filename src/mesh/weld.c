@@ -42,8 +42,7 @@ static uint32_t *find(const qni_weld *weld, place p) {
 
 static bool grow(qni_weld *weld) {
     qni_weld larger = {weld->builder, NULL, weld->slot_count ? 2 * weld->slot_count : 1024};
-    larger.slots =
-        qni_alloc_zero(weld->builder->context, larger.slot_count, sizeof *larger.slots);
+    larger.slots = qni_alloc_zero(weld->builder->context, larger.slot_count, sizeof *larger.slots);
     if (!larger.slots)
         return false;
     const float *positions = weld->builder->positions.items;

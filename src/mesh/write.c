@@ -37,11 +37,13 @@ static qn_status choose_format(const char *path, const qn_mesh_write_options *op
         return QN_OK;
     if (named)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "'%.8s' is no mesh format: take ply, obj, stl, off or glb", options->format);
-    return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                    "the name '%.200s' does not say which format is meant: end it in .ply, .obj, .stl, .off "
-                    "or .glb, or give the format",
-                    path);
+                        "'%.8s' is no mesh format: take ply, obj, stl, off or glb",
+                        options->format);
+    return qni_fail(
+        error, QN_ERROR_INVALID_ARGUMENT,
+        "the name '%.200s' does not say which format is meant: end it in .ply, .obj, .stl, .off "
+        "or .glb, or give the format",
+        path);
 }
 
 qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* GLB (binary glTF 2.0): one JSON chunk, one BIN chunk with positions, normals and triangle indices.
- * Coordinates stay as they are, though glTF says metres and y up; unit and space go to asset.extras. */
+/* GLB (binary glTF 2.0): one JSON chunk, one BIN chunk with positions, normals and triangle
+ * indices. Coordinates stay as they are, though glTF says metres and y up; unit and space go to
+ * asset.extras. */
 #include "core/status.h"
 #include "mesh/format.h"
 #include "mesh/number.h"
@@ -96,7 +97,8 @@ static int put_views(char *to, const layout *plan, bool normals) {
                      "%s{\"buffer\":0,\"byteOffset\":%lld,\"byteLength\":%lld,\"target\":34962}",
                      i ? "," : "", (long long)offset, (long long)plan->vertex_bytes);
     if (plan->index_count)
-        n += sprintf(to + n, ",{\"buffer\":0,\"byteOffset\":%lld,\"byteLength\":%lld,\"target\":34963}",
+        n += sprintf(to + n,
+                     ",{\"buffer\":0,\"byteOffset\":%lld,\"byteLength\":%lld,\"target\":34963}",
                      (long long)offset, (long long)plan->index_bytes);
     return n + sprintf(to + n, "]");
 }
@@ -104,8 +106,9 @@ static int put_views(char *to, const layout *plan, bool normals) {
 static int put_accessors(char *to, const qn_mesh_view *view, const layout *plan) {
     float low[3], high[3];
     bounds_of(view, low, high);
-    int n = sprintf(to, ",\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":%lld,"
-                        "\"type\":\"VEC3\",\"min\":",
+    int n = sprintf(to,
+                    ",\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":%lld,"
+                    "\"type\":\"VEC3\",\"min\":",
                     (long long)view->vertex_count);
     n += put_vector(to + n, low);
     n += sprintf(to + n, ",\"max\":");
@@ -117,21 +120,24 @@ static int put_accessors(char *to, const qn_mesh_view *view, const layout *plan)
                      ",{\"bufferView\":%d,\"componentType\":5126,\"count\":%lld,\"type\":\"VEC3\"}",
                      next++, (long long)view->vertex_count);
     if (plan->index_count)
-        n += sprintf(to + n,
-                     ",{\"bufferView\":%d,\"componentType\":5125,\"count\":%lld,\"type\":\"SCALAR\"}",
-                     next, (long long)plan->index_count);
+        n += sprintf(
+            to + n,
+            ",{\"bufferView\":%d,\"componentType\":5125,\"count\":%lld,\"type\":\"SCALAR\"}", next,
+            (long long)plan->index_count);
     return n + sprintf(to + n, "]");
 }
 
 /* A mesh without faces becomes points (mode 0): glTF has no empty arrays. */
 static int put_mesh(char *to, const qn_mesh_view *view, const layout *plan) {
-    int n = sprintf(to, ",\"nodes\":[{\"mesh\":0}],\"materials\":[{\"pbrMetallicRoughness\":{"
-                        "\"baseColorFactor\":[0.8,0.78,0.74,1],\"metallicFactor\":0,"
-                        "\"roughnessFactor\":0.7},\"doubleSided\":true}],"
-                        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0%s}",
+    int n = sprintf(to,
+                    ",\"nodes\":[{\"mesh\":0}],\"materials\":[{\"pbrMetallicRoughness\":{"
+                    "\"baseColorFactor\":[0.8,0.78,0.74,1],\"metallicFactor\":0,"
+                    "\"roughnessFactor\":0.7},\"doubleSided\":true}],"
+                    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0%s}",
                     view->normals ? ",\"NORMAL\":1" : "");
     if (plan->index_count)
-        n += sprintf(to + n, ",\"indices\":%d,\"material\":0,\"mode\":4}]}]", view->normals ? 2 : 1);
+        n +=
+            sprintf(to + n, ",\"indices\":%d,\"material\":0,\"mode\":4}]}]", view->normals ? 2 : 1);
     else
         n += sprintf(to + n, ",\"mode\":0}]}]");
     return n;

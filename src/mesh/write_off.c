@@ -51,9 +51,9 @@ static void write_faces(const qn_mesh_view *view, qni_output *output) {
 void qni_write_off(const qni_write_job *job, qni_output *output) {
     const qn_mesh_view *view = &job->view;
     char *header = qni_output_reserve(output, 128);
-    int length = snprintf(header, 128, "%s\n# quoin %s\n%lld %lld 0\n", view->normals ? "NOFF" : "OFF",
-                          qn_version(), (long long)view->vertex_count,
-                          (long long)(view->quad_count + view->triangle_count));
+    int length = snprintf(
+        header, 128, "%s\n# quoin %s\n%lld %lld 0\n", view->normals ? "NOFF" : "OFF", qn_version(),
+        (long long)view->vertex_count, (long long)(view->quad_count + view->triangle_count));
     qni_output_advance(output, (size_t)length);
     write_vertices(view, output);
     write_faces(view, output);

@@ -24,12 +24,13 @@ static void write_header(const qni_write_job *job, qni_output *output) {
                           job->ascii ? "ascii" : "binary_little_endian", qn_version());
     length += put_comment(at + length, "space", view->space);
     length += put_comment(at + length, "unit", view->unit);
-    length += snprintf(at + length, 1024 - (size_t)length,
-                       "element vertex %lld\nproperty float x\nproperty float y\nproperty float z\n%s"
-                       "element face %lld\nproperty list uchar uint vertex_indices\nend_header\n",
-                       (long long)view->vertex_count,
-                       view->normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
-                       (long long)(view->quad_count + view->triangle_count));
+    length +=
+        snprintf(at + length, 1024 - (size_t)length,
+                 "element vertex %lld\nproperty float x\nproperty float y\nproperty float z\n%s"
+                 "element face %lld\nproperty list uchar uint vertex_indices\nend_header\n",
+                 (long long)view->vertex_count,
+                 view->normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
+                 (long long)(view->quad_count + view->triangle_count));
     qni_output_advance(output, (size_t)length);
 }
 
@@ -79,9 +80,10 @@ static void write_faces(const qni_write_job *job, qni_output *output) {
             qni_output_stopped(output, 0.5 + 0.5 * (double)i / (double)count))
             return;
         char *start = qni_output_reserve(output, 5 * QNI_NUMBER_LENGTH);
-        char *to = i < view->quad_count
-                       ? put_face(start, view->quads + 4 * i, 4, job->ascii)
-                       : put_face(start, view->triangles + 3 * (i - view->quad_count), 3, job->ascii);
+        char *to =
+            i < view->quad_count
+                ? put_face(start, view->quads + 4 * i, 4, job->ascii)
+                : put_face(start, view->triangles + 3 * (i - view->quad_count), 3, job->ascii);
         qni_output_advance(output, (size_t)(to - start));
     }
 }

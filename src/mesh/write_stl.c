@@ -16,9 +16,10 @@ static int64_t triangle_total(const qn_mesh_view *view) {
 qn_status qni_check_stl(const qni_write_job *job, qn_error *error) {
     int64_t count = triangle_total(&job->view);
     if (!job->ascii && count > (int64_t)UINT32_MAX)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "the mesh has %lld triangles, an STL file holds at most 2^32 - 1: write PLY",
-                        (long long)count);
+        return qni_fail(
+            error, QN_ERROR_INVALID_ARGUMENT,
+            "the mesh has %lld triangles, an STL file holds at most 2^32 - 1: write PLY",
+            (long long)count);
     return QN_OK;
 }
 

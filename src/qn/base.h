@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The ground: version, status and error, the context that carries allocator, threads, log and progress. */
+/* The ground: version, status and error, the context that carries allocator, threads, log and
+ * progress. */
 #ifndef QN_BASE_H
 #define QN_BASE_H
 
@@ -50,14 +51,15 @@ QN_API const char *qn_status_text(qn_status status);
 /* The exit code the quoin tool ends with for this status. */
 QN_API int qn_status_exit_code(qn_status status);
 
-/* What went wrong, where, and what to do, as one sentence. Owned by the caller; filled on failure only. */
+/* What went wrong, where, and what to do, as one sentence. Owned by the caller; filled on failure
+ * only. */
 typedef struct qn_error {
     qn_status status;
     char message[512];
 } qn_error;
 
-/* Memory. Both functions may be called from any worker thread at once. `alloc` returns NULL on failure;
- * `free` gets the size that was asked for and is never given NULL. */
+/* Memory. Both functions may be called from any worker thread at once. `alloc` returns NULL on
+ * failure; `free` gets the size that was asked for and is never given NULL. */
 typedef struct qn_allocator {
     void *user;
     void *(*alloc)(void *user, size_t size, size_t alignment);
@@ -102,9 +104,9 @@ QN_API qn_memory_use qn_context_memory(const qn_context *context);
 /* Sets the peak to what is held at present, to measure one stage. */
 QN_API void qn_context_reset_peak(qn_context *context);
 
-/* Write `size` bytes into a file that appears whole or not at all: it is written under a temporary name in
- * the same folder and renamed, so that a failure leaves nothing behind and keeps what was there. What is
- * there and is not a regular file (/dev/stdout, a FIFO) is written directly.
+/* Write `size` bytes into a file that appears whole or not at all: it is written under a temporary
+ * name in the same folder and renamed, so that a failure leaves nothing behind and keeps what was
+ * there. What is there and is not a regular file (/dev/stdout, a FIFO) is written directly.
  * QN_ERROR_OUTPUT  the folder is missing, the disk is full, no right to write */
 QN_API qn_status qn_write_file(const char *path, const void *bytes, size_t size, qn_error *error);
 

@@ -9,27 +9,30 @@
 extern "C" {
 #endif
 
-/* Plain view of a mesh: arrays it lends. Faces are wound counter-clockwise seen from outside. The face
- * of index f is quad f for f < quad_count, else triangle f - quad_count. */
+/* Plain view of a mesh: arrays it lends. Faces are wound counter-clockwise seen from outside. The
+ * face of index f is quad f for f < quad_count, else triangle f - quad_count. */
 typedef struct qn_mesh_view {
     int64_t vertex_count;
     int64_t quad_count;
     int64_t triangle_count;
-    const float *positions;    /* [vertex_count][3], world units */
-    const float *normals;      /* [vertex_count][3], unit length, out of the solid; NULL when absent */
-    const uint32_t *quads;     /* [quad_count][4]; NULL when there are none */
-    const uint32_t *triangles; /* [triangle_count][3]; NULL when there are none */
-    const char *space;         /* name of the world space ("RAS"), or "" */
-    const char *unit;          /* unit of length ("mm"), or "" */
-    const int32_t *triangle_owners; /* [triangle_count]: the owner (material) each lies on; NULL when not known */
+    const float *positions; /* [vertex_count][3], world units */
+    const float *normals;   /* [vertex_count][3], unit length, out of the solid; NULL when absent */
+    const uint32_t *quads;  /* [quad_count][4]; NULL when there are none */
+    const uint32_t *triangles;      /* [triangle_count][3]; NULL when there are none */
+    const char *space;              /* name of the world space ("RAS"), or "" */
+    const char *unit;               /* unit of length ("mm"), or "" */
+    const int32_t *triangle_owners; /* [triangle_count]: the owner (material) each lies on; NULL
+                                       when not known */
     int64_t crease_edge_count;
-    const uint32_t *crease_edges; /* [crease_edge_count][2]: edges along sharp features; NULL when there are none */
+    const uint32_t *crease_edges; /* [crease_edge_count][2]: edges along sharp features; NULL when
+                                     there are none */
 } qn_mesh_view;
 
 typedef struct qn_mesh qn_mesh;
 
 /* Make a mesh by copying a view.
- * QN_ERROR_INVALID_ARGUMENT  a negative count, more than 2^32 - 1 vertices, an index out of range */
+ * QN_ERROR_INVALID_ARGUMENT  a negative count, more than 2^32 - 1 vertices, an index out of range
+ */
 QN_API qn_status qn_mesh_create(qn_context *context, const qn_mesh_view *view, qn_mesh **mesh_out,
                                 qn_error *error);
 QN_API void qn_mesh_destroy(qn_mesh *mesh);
@@ -37,7 +40,8 @@ QN_API void qn_mesh_destroy(qn_mesh *mesh);
 QN_API qn_mesh_view qn_mesh_get_view(const qn_mesh *mesh);
 
 /* Split every quad into two triangles along the diagonal that makes the smallest angle largest
- * (the MaxMin angle criterion of [DMC21] section 5.3; ties take the diagonal from the quad's first corner). */
+ * (the MaxMin angle criterion of [DMC21] section 5.3; ties take the diagonal from the quad's first
+ * corner). */
 QN_API qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *error);
 
 /* ---- halfedges ------------------------------------------------------------------------------- */
@@ -45,39 +49,47 @@ QN_API qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_erro
 /* No halfedge: the twin of one on the boundary, the halfedge of a vertex that no face uses. */
 #define QN_NO_HALFEDGE UINT32_C(0xffffffff)
 
-/* Neighbourhood of a mesh of quads alone (corners = 4) or of triangles alone (corners = 3). Halfedge h runs along side
- * h % corners of face h / corners, from that corner to the next; so origin, face and next need no memory:
- * origin = quads[h], face = h / corners, next = h + 1, or h + 1 - corners after the last side. */
+/* Neighbourhood of a mesh of quads alone (corners = 4) or of triangles alone (corners = 3).
+ * Halfedge h runs along side h % corners of face h / corners, from that corner to the next; so
+ * origin, face and next need no memory: origin = quads[h], face = h / corners, next = h + 1, or h +
+ * 1 - corners after the last side. */
 typedef struct qn_halfedges {
     int32_t corners;
-    int64_t count;                  /* corners * faces */
-    const uint32_t *twin;           /* [count]: the halfedge of the other face at this side; QN_NO_HALFEDGE on the boundary */
-    const uint32_t *vertex_halfedge; /* [vertex_count]: a halfedge that starts at the vertex: the one without a twin where there is
-                                     * one, else the lowest */
+    int64_t count;        /* corners * faces */
+    const uint32_t *twin; /* [count]: the halfedge of the other face at this side; QN_NO_HALFEDGE on
+                             the boundary */
+    const uint32_t *vertex_halfedge; /* [vertex_count]: a halfedge that starts at the vertex: the
+                                      * one without a twin where there is one, else the lowest */
 } qn_halfedges;
 
-/* The halfedges of a mesh that has them, else count 0. They belong to the mesh, and end with its next change. */
+/* The halfedges of a mesh that has them, else count 0. They belong to the mesh, and end with its
+ * next change. */
 QN_API qn_halfedges qn_mesh_get_halfedges(const qn_mesh *mesh);
 
-/* Find the halfedges of any mesh of quads alone or triangles alone from its indices, in O(n log n). Sides used by two faces in
- * opposite directions are twins; any others are left without. (qn_surface() can give the halfedges with the mesh, in linear
- * time, and pairs the four faces at a doubled edge as the surface does.)
- * QN_ERROR_INVALID_ARGUMENT  quads and triangles mixed; more than 2^32 - 2 halfedges */
+/* Find the halfedges of any mesh of quads alone or triangles alone from its indices, in O(n log n).
+ * Sides used by two faces in opposite directions are twins; any others are left without.
+ * (qn_surface() can give the halfedges with the mesh, in linear time, and pairs the four faces at a
+ * doubled edge as the surface does.) QN_ERROR_INVALID_ARGUMENT  quads and triangles mixed; more
+ * than 2^32 - 2 halfedges */
 QN_API qn_status qn_mesh_build_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
 
 /* ---- curvature ------------------------------------------------------------------------------- */
 
-/* Mean and Gaussian curvature at every vertex, from how the normals turn between it and the corners of its faces; of the mesh's
- * normals where it has them (more accurate by far on iso-surfaces), else of its faces'.
+/* Mean and Gaussian curvature at every vertex, from how the normals turn between it and the corners
+ * of its faces; of the mesh's normals where it has them (more accurate by far on iso-surfaces),
+ * else of its faces'.
  *
- * mean_out      [vertex_count], 1 / length: half the sum of the principal curvatures, positive where the surface falls away
- *               from its normal on both sides (a sphere of radius r with normals outward: 1 / r). May be NULL.
- * gaussian_out  [vertex_count], 1 / length^2: their product. May be NULL.
+ * mean_out      [vertex_count], 1 / length: half the sum of the principal curvatures, positive
+ * where the surface falls away from its normal on both sides (a sphere of radius r with normals
+ * outward: 1 / r). May be NULL. gaussian_out  [vertex_count], 1 / length^2: their product. May be
+ * NULL.
  *
- * Both are 0 at vertices without faces, or whose neighbours do not span a plane. The same for every thread count.
+ * Both are 0 at vertices without faces, or whose neighbours do not span a plane. The same for every
+ * thread count.
  *
- * Source: Goldfeather and Interrante, "A novel cubic-order algorithm for approximating principal direction vectors", 2004.
- * Departure: normals alone are fitted, positions of iso-surfaces being too rough for second derivatives. */
+ * Source: Goldfeather and Interrante, "A novel cubic-order algorithm for approximating principal
+ * direction vectors", 2004. Departure: normals alone are fitted, positions of iso-surfaces being
+ * too rough for second derivatives. */
 QN_API qn_status qn_mesh_get_curvature(qn_context *context, const qn_mesh *mesh, float *mean_out,
                                        float *gaussian_out, qn_error *error);
 
@@ -96,21 +108,20 @@ static inline void qn_mesh_check_options_init(qn_mesh_check_options *options) {
 /* What a mesh is. Edges are undirected pairs of vertex indices; quads count for geometry as the two
  * triangles of their MaxMin split. Vertices that no face uses are counted and otherwise ignored.
  *
- * Polygons.       In a face that names a vertex twice in a row the two corners are taken as one. When fewer than
- *                 three different corners are left, or a vertex still comes twice, the face is no polygon:
- *                 it is counted as degenerate and otherwise ignored.
- * Fans.           Faces round a vertex belong to one fan when edges at that vertex join them, also edges of
- *                 more than two faces: two cubes that share an edge have one non-manifold edge and no
- *                 non-manifold vertex, two that share a corner have one non-manifold vertex. A mesh with neither
- *                 is a 2-manifold, with boundary edges or without.
- * Genus.          Of each component alone; one that is pinched, its own fans meeting at a vertex, has none.
- * Geometry.       Faces with a vertex that is not finite are left out of bounds, area, volume, shape and
- *                 self-intersections. The volume of a mesh that is not closed is measured from the centre
- *                 of its bounds. Figures of shape are 0 where there is nothing to measure.
- * Intersections.  Pairs of triangles. Without a common vertex index any contact counts, be it of two vertices
- *                 at one place (join equal positions first to judge a mesh whose patches repeat their
- *                 seams); with one, contact beyond that vertex; with two, an overlap in one plane; the same
- *                 three vertices always. Triangles without area are left out: they are counted above. */
+ * Polygons.       In a face that names a vertex twice in a row the two corners are taken as one.
+ * When fewer than three different corners are left, or a vertex still comes twice, the face is no
+ * polygon: it is counted as degenerate and otherwise ignored. Fans.           Faces round a vertex
+ * belong to one fan when edges at that vertex join them, also edges of more than two faces: two
+ * cubes that share an edge have one non-manifold edge and no non-manifold vertex, two that share a
+ * corner have one non-manifold vertex. A mesh with neither is a 2-manifold, with boundary edges or
+ * without. Genus.          Of each component alone; one that is pinched, its own fans meeting at a
+ * vertex, has none. Geometry.       Faces with a vertex that is not finite are left out of bounds,
+ * area, volume, shape and self-intersections. The volume of a mesh that is not closed is measured
+ * from the centre of its bounds. Figures of shape are 0 where there is nothing to measure.
+ * Intersections.  Pairs of triangles. Without a common vertex index any contact counts, be it of
+ * two vertices at one place (join equal positions first to judge a mesh whose patches repeat their
+ *                 seams); with one, contact beyond that vertex; with two, an overlap in one plane;
+ * the same three vertices always. Triangles without area are left out: they are counted above. */
 typedef struct qn_mesh_report {
     int64_t vertex_count, quad_count, triangle_count, edge_count;
     int64_t unused_vertices;
@@ -118,32 +129,35 @@ typedef struct qn_mesh_report {
     int64_t nonmanifold_edges;     /* used by more than two faces */
     int64_t orientation_conflicts; /* edges of two faces that both run along them the same way */
     int64_t nonmanifold_vertices;  /* the faces round the vertex form more than one fan */
-    int64_t degenerate_faces;      /* a repeated vertex index, or exactly no area in float coordinates */
-    int64_t duplicate_faces;       /* faces with the same set of vertices as an earlier one */
-    int64_t duplicate_positions;   /* vertices at exactly the same place as an earlier one */
+    int64_t degenerate_faces; /* a repeated vertex index, or exactly no area in float coordinates */
+    int64_t duplicate_faces;  /* faces with the same set of vertices as an earlier one */
+    int64_t duplicate_positions; /* vertices at exactly the same place as an earlier one */
     int64_t nonfinite_vertices;
-    int64_t self_intersections;    /* pairs of triangles that meet outside shared vertices and edges; -1: not tested */
-    int64_t components;            /* connected by shared edges */
+    int64_t self_intersections; /* pairs of triangles that meet outside shared vertices and edges;
+                                   -1: not tested */
+    int64_t components;         /* connected by shared edges */
     int64_t closed_components;
-    int64_t euler_characteristic;  /* used vertices - edges + faces */
-    int64_t genus_sum;             /* over the closed, manifold, oriented components */
+    int64_t euler_characteristic; /* used vertices - edges + faces */
+    int64_t genus_sum;            /* over the closed, manifold, oriented components */
     int64_t largest_genus;
-    bool closed;                   /* no boundary edge */
-    bool manifold;                 /* no non-manifold edge or vertex */
-    bool oriented;                 /* no orientation conflict */
-    double area;                   /* square world units */
-    double volume;                 /* cubic world units, signed: positive when faces are wound outward */
-    double bounds[2][3];           /* smallest and largest coordinates of used vertices */
-    /* Shape, as in [DMC21] section 5.3: mean and least of equation (9) over the quads and of equation (8)
-     * over the triangles (when there are quads, over the triangles of their MaxMin split as well). */
+    bool closed;         /* no boundary edge */
+    bool manifold;       /* no non-manifold edge or vertex */
+    bool oriented;       /* no orientation conflict */
+    double area;         /* square world units */
+    double volume;       /* cubic world units, signed: positive when faces are wound outward */
+    double bounds[2][3]; /* smallest and largest coordinates of used vertices */
+    /* Shape, as in [DMC21] section 5.3: mean and least of equation (9) over the quads and of
+     * equation (8) over the triangles (when there are quads, over the triangles of their MaxMin
+     * split as well). */
     double quad_quality_mean, quad_quality_min;
     double triangle_quality_mean, triangle_quality_min;
-    double smallest_angle;         /* degrees, over the triangles */
-    double irregular_vertices;     /* share of inner vertices of valence other than 4 (quads) or 6 (triangles) */
+    double smallest_angle;     /* degrees, over the triangles */
+    double irregular_vertices; /* share of inner vertices of valence other than 4 (quads) or 6
+                                  (triangles) */
 } qn_mesh_report;
 
-/* Measure a mesh. Self-intersections are found with exact predicates on the coordinates as they are.
- * options may be NULL. */
+/* Measure a mesh. Self-intersections are found with exact predicates on the coordinates as they
+ * are. options may be NULL. */
 QN_API qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
                                const qn_mesh_check_options *options, qn_mesh_report *report_out,
                                qn_error *error);
@@ -152,8 +166,8 @@ QN_API qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
 
 typedef struct qn_mesh_write_options {
     size_t struct_size;
-    char format[8];   /* "" by the file's name; "ply" "obj" "stl" "off" "glb" */
-    bool ascii;       /* PLY and STL: text instead of binary */
+    char format[8]; /* "" by the file's name; "ply" "obj" "stl" "off" "glb" */
+    bool ascii;     /* PLY and STL: text instead of binary */
     bool skip_normals;
 } qn_mesh_write_options;
 
@@ -162,26 +176,26 @@ static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {
     options->struct_size = sizeof *options;
 }
 
-/* Write a mesh: PLY, OBJ, STL, OFF, GLB. The file appears whole or not at all: it is written under a
- * temporary name in the same folder and renamed; what is there and is not a regular file (/dev/stdout, a
- * FIFO) is written directly. STL and GLB hold triangles only: quads are split as by
+/* Write a mesh: PLY, OBJ, STL, OFF, GLB. The file appears whole or not at all: it is written under
+ * a temporary name in the same folder and renamed; what is there and is not a regular file
+ * (/dev/stdout, a FIFO) is written directly. STL and GLB hold triangles only: quads are split as by
  * qn_mesh_triangulate(). options may be NULL.
  *
- * Coordinates are written as they are, in every format; text has the fewest digits that read back to the same
- * floats. PLY names space and unit in comments, GLB in asset.extras (glTF itself says metres and y up: scale
- * and turn the mesh before where that matters). Nothing in a file changes from run to run.
- * QN_ERROR_OUTPUT            the folder is missing, the disk is full, no right to write
- * QN_ERROR_INVALID_ARGUMENT  no such format; a mesh too large for the format */
+ * Coordinates are written as they are, in every format; text has the fewest digits that read back
+ * to the same floats. PLY names space and unit in comments, GLB in asset.extras (glTF itself says
+ * metres and y up: scale and turn the mesh before where that matters). Nothing in a file changes
+ * from run to run. QN_ERROR_OUTPUT            the folder is missing, the disk is full, no right to
+ * write QN_ERROR_INVALID_ARGUMENT  no such format; a mesh too large for the format */
 QN_API qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
                                const qn_mesh_write_options *options, qn_error *error);
 
-/* Read a mesh: PLY, OBJ, STL, OFF (each also as .gz). Polygons of more than four corners are split into
- * triangles, which come after the file's own; faces of fewer than three corners are left out with a warning.
- * The vertices of an STL file are joined where their coordinates are equal, numbered as they first appear.
- * Normals are read from PLY and OFF. Coordinates that are not finite are kept: qn_mesh_check() counts them.
- * format: NULL or "" by the file's name and first bytes.
- * QN_ERROR_INPUT             no such file, cut short, damaged; the message names the file and the line or byte
- * QN_ERROR_INVALID_ARGUMENT  no such format */
+/* Read a mesh: PLY, OBJ, STL, OFF (each also as .gz). Polygons of more than four corners are split
+ * into triangles, which come after the file's own; faces of fewer than three corners are left out
+ * with a warning. The vertices of an STL file are joined where their coordinates are equal,
+ * numbered as they first appear. Normals are read from PLY and OFF. Coordinates that are not finite
+ * are kept: qn_mesh_check() counts them. format: NULL or "" by the file's name and first bytes.
+ * QN_ERROR_INPUT             no such file, cut short, damaged; the message names the file and the
+ * line or byte QN_ERROR_INVALID_ARGUMENT  no such format */
 QN_API qn_status qn_mesh_read(qn_context *context, const char *path, const char *format,
                               qn_mesh **mesh_out, qn_error *error);
 
@@ -189,13 +203,13 @@ QN_API qn_status qn_mesh_read(qn_context *context, const char *path, const char 
 
 typedef struct qn_view_options {
     size_t struct_size;
-    int32_t width, height;  /* pixels; 0: 800 x 600 */
-    double azimuth;         /* degrees: where the camera stands, turning about world z from +x towards +y */
-    double elevation;       /* degrees above the xy plane */
-    bool has_angles;        /* false: azimuth 40, elevation 25 */
-    double zoom;            /* 0 stands for 1: the whole mesh just fits */
-    bool edges;             /* draw the mesh's edges */
-    bool flat;              /* shade by face, not by vertex normals */
+    int32_t width, height; /* pixels; 0: 800 x 600 */
+    double azimuth; /* degrees: where the camera stands, turning about world z from +x towards +y */
+    double elevation; /* degrees above the xy plane */
+    bool has_angles;  /* false: azimuth 40, elevation 25 */
+    double zoom;      /* 0 stands for 1: the whole mesh just fits */
+    bool edges;       /* draw the mesh's edges */
+    bool flat;        /* shade by face, not by vertex normals */
 } qn_view_options;
 
 static inline void qn_view_options_init(qn_view_options *options) {

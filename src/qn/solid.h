@@ -12,22 +12,24 @@ extern "C" {
 /* A solid is immutable and counted by references; any number of threads may evaluate it at once. */
 typedef struct qn_solid qn_solid;
 
-/* A solid of the caller's own. All functions may be called from several threads at once; each returns 0, or
- * anything else to stop the work with QN_ERROR_CANCELLED. Points are in world units. */
+/* A solid of the caller's own. All functions may be called from several threads at once; each
+ * returns 0, or anything else to stop the work with QN_ERROR_CANCELLED. Points are in world units.
+ */
 typedef struct qn_solid_callback {
     size_t struct_size;
     void *user;
     /* values[n] = f(points[n]): negative inside. Must be continuous near the surface. */
     int (*values)(void *user, int64_t count, const double (*points)[3], double *values);
-    /* Gradients of f (any length; they point out of the solid) and the owner (material) of the surface there; each output
-     * may be NULL. The function may be NULL: central differences, owner 0. */
+    /* Gradients of f (any length; they point out of the solid) and the owner (material) of the
+     * surface there; each output may be NULL. The function may be NULL: central differences, owner
+     * 0. */
     int (*gradients)(void *user, int64_t count, const double (*points)[3], double (*gradients)[3],
                      int32_t *owners);
-    /* range[0] <= f <= range[1] over the box. May be NULL: then `lipschitz` bounds it, and where that is 0 too, nothing is
-     * known and the solid is sampled to a minimum depth. */
+    /* range[0] <= f <= range[1] over the box. May be NULL: then `lipschitz` bounds it, and where
+     * that is 0 too, nothing is known and the solid is sampled to a minimum depth. */
     int (*bounds)(void *user, const double low[3], const double high[3], double range[2]);
-    double lipschitz;         /* |f(p) - f(q)| <= lipschitz |p - q|; 0: not known */
-    double low[3], high[3];   /* a box that holds the solid */
+    double lipschitz;       /* |f(p) - f(q)| <= lipschitz |p - q|; 0: not known */
+    double low[3], high[3]; /* a box that holds the solid */
 } qn_solid_callback;
 
 static inline void qn_solid_callback_init(qn_solid_callback *callback) {
@@ -43,16 +45,18 @@ QN_API qn_status qn_solid_from_callback(qn_context *context, const qn_solid_call
                                         qn_solid **solid_out, qn_error *error);
 QN_API void qn_solid_destroy(qn_solid *solid);
 
-/* Primitives. `fragments` is the number of flat facets round a circle, 3 to 16384 (spheres: 1024); 0 makes it
- * round. A facetted sphere or cylinder has its corners on the round one, as in OpenSCAD. A part with no room inside (a
- * radius or an edge of 0) is empty, which is no error; negative or non-finite numbers are QN_ERROR_INVALID_ARGUMENT. */
+/* Primitives. `fragments` is the number of flat facets round a circle, 3 to 16384 (spheres: 1024);
+ * 0 makes it round. A facetted sphere or cylinder has its corners on the round one, as in OpenSCAD.
+ * A part with no room inside (a radius or an edge of 0) is empty, which is no error; negative or
+ * non-finite numbers are QN_ERROR_INVALID_ARGUMENT. */
 QN_API qn_status qn_solid_box(qn_context *context, const double low[3], const double high[3],
                               qn_solid **solid_out, qn_error *error);
-QN_API qn_status qn_solid_sphere(qn_context *context, double radius, int32_t fragments, qn_solid **solid_out,
-                                 qn_error *error);
+QN_API qn_status qn_solid_sphere(qn_context *context, double radius, int32_t fragments,
+                                 qn_solid **solid_out, qn_error *error);
 /* Along z from 0 to `height`; two radii make a cone. */
-QN_API qn_status qn_solid_cylinder(qn_context *context, double height, double low_radius, double high_radius,
-                                   int32_t fragments, qn_solid **solid_out, qn_error *error);
+QN_API qn_status qn_solid_cylinder(qn_context *context, double height, double low_radius,
+                                   double high_radius, int32_t fragments, qn_solid **solid_out,
+                                   qn_error *error);
 /* Round z; tube_radius <= ring_radius. */
 QN_API qn_status qn_solid_torus(qn_context *context, double ring_radius, double tube_radius,
                                 qn_solid **solid_out, qn_error *error);
@@ -60,32 +64,38 @@ QN_API qn_status qn_solid_torus(qn_context *context, double ring_radius, double 
 QN_API qn_status qn_solid_half_space(qn_context *context, const double normal[3], double distance,
                                      qn_solid **solid_out, qn_error *error);
 
-/* A flat shape: closed contours one after the other, inside by the even-odd rule, so that holes are contours too. */
+/* A flat shape: closed contours one after the other, inside by the even-odd rule, so that holes are
+ * contours too. */
 typedef struct qn_outline {
     int64_t contour_count;
     const int64_t *contour_sizes; /* points of each contour */
     const double (*points)[2];
 } qn_outline;
 /* The outline from z = 0 to `height`. */
-QN_API qn_status qn_solid_linear_extrude(qn_context *context, const qn_outline *outline, double height,
-                                         qn_solid **solid_out, qn_error *error);
-/* The outline turned about the z axis by `angle` degrees, at most 360 and negative the other way round: its x is the
- * distance from the axis, its y the height. All points have x >= 0. `fragments` counts the flat pieces of this angle. */
-QN_API qn_status qn_solid_rotate_extrude(qn_context *context, const qn_outline *outline, double angle,
-                                         int32_t fragments, qn_solid **solid_out, qn_error *error);
-/* The convex hull of points. QN_ERROR_INVALID_ARGUMENT when they lie in one plane, QN_ERROR_UNSUPPORTED in a build
- * without Qhull. */
+QN_API qn_status qn_solid_linear_extrude(qn_context *context, const qn_outline *outline,
+                                         double height, qn_solid **solid_out, qn_error *error);
+/* The outline turned about the z axis by `angle` degrees, at most 360 and negative the other way
+ * round: its x is the distance from the axis, its y the height. All points have x >= 0. `fragments`
+ * counts the flat pieces of this angle. */
+QN_API qn_status qn_solid_rotate_extrude(qn_context *context, const qn_outline *outline,
+                                         double angle, int32_t fragments, qn_solid **solid_out,
+                                         qn_error *error);
+/* The convex hull of points. QN_ERROR_INVALID_ARGUMENT when they lie in one plane,
+ * QN_ERROR_UNSUPPORTED in a build without Qhull. */
 QN_API qn_status qn_solid_hull(qn_context *context, int64_t count, const double (*points)[3],
                                qn_solid **solid_out, qn_error *error);
 
-/* Any closed polyhedron; faces are flat polygons of 3 or more points, one after the other, either way round. Inside is
- * where a ray meets an odd number of faces. QN_ERROR_INPUT when some edge belongs to an odd number of faces. */
-QN_API qn_status qn_solid_polyhedron(qn_context *context, int64_t point_count, const double (*points)[3],
-                                     int64_t face_count, const int64_t *face_sizes, const int64_t *indices,
+/* Any closed polyhedron; faces are flat polygons of 3 or more points, one after the other, either
+ * way round. Inside is where a ray meets an odd number of faces. QN_ERROR_INPUT when some edge
+ * belongs to an odd number of faces. */
+QN_API qn_status qn_solid_polyhedron(qn_context *context, int64_t point_count,
+                                     const double (*points)[3], int64_t face_count,
+                                     const int64_t *face_sizes, const int64_t *indices,
                                      qn_solid **solid_out, qn_error *error);
 
-/* Booleans. The parts are retained, so the caller still destroys its own references, at any time. No parts make an empty
- * solid. Where two parts have the same surface the earlier one gives normal and owner. */
+/* Booleans. The parts are retained, so the caller still destroys its own references, at any time.
+ * No parts make an empty solid. Where two parts have the same surface the earlier one gives normal
+ * and owner. */
 QN_API qn_status qn_solid_union(qn_context *context, int64_t count, qn_solid *const *parts,
                                 qn_solid **solid_out, qn_error *error);
 QN_API qn_status qn_solid_intersection(qn_context *context, int64_t count, qn_solid *const *parts,
@@ -93,23 +103,28 @@ QN_API qn_status qn_solid_intersection(qn_context *context, int64_t count, qn_so
 /* The first part without all the others. */
 QN_API qn_status qn_solid_difference(qn_context *context, int64_t count, qn_solid *const *parts,
                                      qn_solid **solid_out, qn_error *error);
-QN_API qn_status qn_solid_complement(qn_context *context, qn_solid *part, qn_solid **solid_out, qn_error *error);
-
-/* matrix[row][column]: moves points of the part to where they come to lie. It must be invertible. */
-QN_API qn_status qn_solid_transform(qn_context *context, qn_solid *part, const double matrix[3][4],
-                                    qn_solid **solid_out, qn_error *error);
-/* { p : f(p) < distance }. Grown by that distance where f is a distance (round parts, outside of flat ones along their
- * faces); corners stay sharp, for f is not rounded there. Negative distances shrink. */
-QN_API qn_status qn_solid_offset(qn_context *context, qn_solid *part, double distance, qn_solid **solid_out,
-                                 qn_error *error);
-/* The same solid, all of whose surface belongs to `owner`. */
-QN_API qn_status qn_solid_with_owner(qn_context *context, qn_solid *part, int32_t owner, qn_solid **solid_out,
+QN_API qn_status qn_solid_complement(qn_context *context, qn_solid *part, qn_solid **solid_out,
                                      qn_error *error);
 
+/* matrix[row][column]: moves points of the part to where they come to lie. It must be invertible.
+ */
+QN_API qn_status qn_solid_transform(qn_context *context, qn_solid *part, const double matrix[3][4],
+                                    qn_solid **solid_out, qn_error *error);
+/* { p : f(p) < distance }. Grown by that distance where f is a distance (round parts, outside of
+ * flat ones along their faces); corners stay sharp, for f is not rounded there. Negative distances
+ * shrink. */
+QN_API qn_status qn_solid_offset(qn_context *context, qn_solid *part, double distance,
+                                 qn_solid **solid_out, qn_error *error);
+/* The same solid, all of whose surface belongs to `owner`. */
+QN_API qn_status qn_solid_with_owner(qn_context *context, qn_solid *part, int32_t owner,
+                                     qn_solid **solid_out, qn_error *error);
+
 typedef struct qn_solid_read_options {
-    size_t struct_size;      /* set by qn_solid_read_options_init() */
-    double low[3], high[3];  /* of .vm files, which name no region: all 0 means -1 to 1 along each axis */
-    bool smooth_primitives;  /* of .csg files: round spheres, cylinders and circles where OpenSCAD has facets */
+    size_t struct_size; /* set by qn_solid_read_options_init() */
+    double low[3],
+        high[3]; /* of .vm files, which name no region: all 0 means -1 to 1 along each axis */
+    bool smooth_primitives; /* of .csg files: round spheres, cylinders and circles where OpenSCAD
+                               has facets */
 } qn_solid_read_options;
 
 static inline void qn_solid_read_options_init(qn_solid_read_options *options) {
@@ -121,22 +136,24 @@ static inline void qn_solid_read_options_init(qn_solid_read_options *options) {
     options->struct_size = sizeof *options;
 }
 
-/* Read a solid: .vm (expression tapes, one operation a line) or .csg (what `openscad -o MODEL.csg MODEL.scad` writes).
- * options may be NULL. The format is that of the name's ending.
- * QN_ERROR_INPUT        the file cannot be read or breaks its format; the message names line and what was expected
+/* Read a solid: .vm (expression tapes, one operation a line) or .csg (what `openscad -o MODEL.csg
+ * MODEL.scad` writes). options may be NULL. The format is that of the name's ending. QN_ERROR_INPUT
+ * the file cannot be read or breaks its format; the message names line and what was expected
  * QN_ERROR_UNSUPPORTED  it uses something that Quoin lacks; the message names it */
-QN_API qn_status qn_solid_read(qn_context *context, const char *path, const qn_solid_read_options *options,
-                               qn_solid **solid_out, qn_error *error);
+QN_API qn_status qn_solid_read(qn_context *context, const char *path,
+                               const qn_solid_read_options *options, qn_solid **solid_out,
+                               qn_error *error);
 /* The same from memory; `name` ends as a file's would and is used in messages. */
-QN_API qn_status qn_solid_read_text(qn_context *context, const char *name, const char *bytes, int64_t size,
-                                    const qn_solid_read_options *options, qn_solid **solid_out,
-                                    qn_error *error);
+QN_API qn_status qn_solid_read_text(qn_context *context, const char *name, const char *bytes,
+                                    int64_t size, const qn_solid_read_options *options,
+                                    qn_solid **solid_out, qn_error *error);
 
-/* A box that holds the solid; infinite for half-spaces and the like, low = high for an empty solid. */
+/* A box that holds the solid; infinite for half-spaces and the like, low = high for an empty solid.
+ */
 QN_API void qn_solid_get_box(const qn_solid *solid, double low[3], double high[3]);
 /* values[n] = f(points[n]), negative inside. */
-QN_API qn_status qn_solid_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values,
-                                 qn_error *error);
+QN_API qn_status qn_solid_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                 double *values, qn_error *error);
 
 #ifdef __cplusplus
 }

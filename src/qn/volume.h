@@ -36,14 +36,14 @@ QN_API const char *qn_scalar_name(qn_scalar scalar); /* "u8" ... "f64" */
 typedef struct qn_grid {
     const void *samples;
     qn_scalar scalar;
-    bool swapped;                   /* stored in the other byte order than this machine's */
-    int64_t size[3];                /* samples along x, y, z; each at least 1 */
-    int64_t stride[3];              /* bytes, may be negative; all 0: packed, x fastest */
-    double slope;                   /* 0 stands for 1 */
+    bool swapped;      /* stored in the other byte order than this machine's */
+    int64_t size[3];   /* samples along x, y, z; each at least 1 */
+    int64_t stride[3]; /* bytes, may be negative; all 0: packed, x fastest */
+    double slope;      /* 0 stands for 1 */
     double intercept;
-    double index_to_world[4][4];    /* all 0 stands for the identity; the last row must be 0 0 0 1 */
-    char space[32];                 /* name of the world space ("RAS"), or empty */
-    char unit[16];                  /* unit of length ("mm"), or empty */
+    double index_to_world[4][4]; /* all 0 stands for the identity; the last row must be 0 0 0 1 */
+    char space[32];              /* name of the world space ("RAS"), or empty */
+    char unit[16];               /* unit of length ("mm"), or empty */
 } qn_grid;
 
 typedef struct qn_volume qn_volume;
@@ -55,8 +55,8 @@ typedef void (*qn_release)(void *user, const void *samples);
  * must outlive the volume; else the volume owns them and calls `release` once, on success only.
  *
  * QN_ERROR_INVALID_ARGUMENT  a size below 1 or beyond 2^31 - 16, a product that overflows 64 bit, a
- *                            matrix that is not finite or not invertible, a slope that is not finite
- * QN_ERROR_OUT_OF_MEMORY */
+ *                            matrix that is not finite or not invertible, a slope that is not
+ * finite QN_ERROR_OUT_OF_MEMORY */
 QN_API qn_status qn_volume_create(qn_context *context, const qn_grid *grid, qn_release release,
                                   void *release_user, qn_volume **volume_out, qn_error *error);
 QN_API void qn_volume_destroy(qn_volume *volume);
@@ -75,14 +75,15 @@ typedef enum qn_transform_choice {
 /* What a file without a header needs told, or what shall replace the header's word. */
 typedef struct qn_volume_read_options {
     size_t struct_size;
-    char format[16];        /* "" by the file's name and first bytes; "nifti" "nrrd" "metaimage" "npy" "raw" */
-    int64_t raw_size[3];    /* raw: samples along x, y, z */
-    qn_scalar raw_scalar;   /* raw: type of a sample */
-    bool raw_big_endian;    /* raw: byte order of a sample */
-    int64_t raw_header;     /* raw: bytes to skip before the first sample (after unpacking gzip) */
-    bool has_spacing;       /* replace the header's spacing, keep its directions */
+    char format[16];      /* "" by the file's name and first bytes; "nifti" "nrrd" "metaimage" "npy"
+                             "raw" */
+    int64_t raw_size[3];  /* raw: samples along x, y, z */
+    qn_scalar raw_scalar; /* raw: type of a sample */
+    bool raw_big_endian;  /* raw: byte order of a sample */
+    int64_t raw_header;   /* raw: bytes to skip before the first sample (after unpacking gzip) */
+    bool has_spacing;     /* replace the header's spacing, keep its directions */
     double spacing[3];
-    bool has_origin;        /* replace the header's world position of sample (0, 0, 0) */
+    bool has_origin; /* replace the header's world position of sample (0, 0, 0) */
     double origin[3];
     qn_transform_choice transform;
 } qn_volume_read_options;
@@ -95,10 +96,10 @@ static inline void qn_volume_read_options_init(qn_volume_read_options *options) 
 /* Read a volume file: NIfTI-1/2 (.nii .nii.gz .hdr), NRRD (.nrrd .nhdr), MetaImage (.mha .mhd),
  * NumPy (.npy), raw (.raw .raw.gz and any other name, with options). options may be NULL.
  *
- * QN_ERROR_INPUT             no such file, not of a known format, truncated, or a header that makes no sense;
- *                            the message names the file, what was found and what to do
- * QN_ERROR_INVALID_ARGUMENT  options that contradict each other, or a raw file without its shape
- * QN_ERROR_OUT_OF_MEMORY, QN_ERROR_UNSUPPORTED (NIfTI without -Dnifti) */
+ * QN_ERROR_INPUT             no such file, not of a known format, truncated, or a header that makes
+ * no sense; the message names the file, what was found and what to do QN_ERROR_INVALID_ARGUMENT
+ * options that contradict each other, or a raw file without its shape QN_ERROR_OUT_OF_MEMORY,
+ * QN_ERROR_UNSUPPORTED (NIfTI without -Dnifti) */
 QN_API qn_status qn_volume_read(qn_context *context, const char *path,
                                 const qn_volume_read_options *options, qn_volume **volume_out,
                                 qn_error *error);
@@ -112,11 +113,11 @@ typedef struct qn_volume_statistics {
     int64_t sample_count;
     int64_t nan_count;
     int64_t infinite_count;
-    double minimum, maximum, mean; /* of the finite samples; NaN when there are none */
+    double minimum, maximum, mean;        /* of the finite samples; NaN when there are none */
     int64_t histogram[QN_HISTOGRAM_BINS]; /* equal bins from minimum to maximum */
-    /* Iso-values worth trying, ascending, by Otsu's thresholds of the histogram, placed off the stored
-     * integers' values so that no sample ties; `suggested` is the one to start with, NaN when all samples
-     * are alike and there is none. */
+    /* Iso-values worth trying, ascending, by Otsu's thresholds of the histogram, placed off the
+     * stored integers' values so that no sample ties; `suggested` is the one to start with, NaN
+     * when all samples are alike and there is none. */
     double suggestions[QN_SUGGESTION_COUNT];
     int32_t suggestion_count;
     double suggested;

@@ -24,7 +24,8 @@ static void settle(int64_t count, double *values) {
         values[n] = values[n] == values[n] ? values[n] : QNI_INFINITY;
 }
 
-static qn_status callback_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status callback_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                 double *values) {
     if (count == 0)
         return QN_OK;
     if (calls(solid)->values(calls(solid)->user, count, points, values))
@@ -109,20 +110,24 @@ static const qni_solid_ops callback_ops = {
 
 static qn_status check(const qn_solid_callback *callback, qn_error *error) {
     if (!callback)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "a solid was asked for without its callback");
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "a solid was asked for without its callback");
     QNI_CHECK_OPTIONS(callback, "qn_solid_callback_init", error);
     if (!callback->values)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "the callback has no function `values`: it is the one that must be there");
     if (!(callback->lipschitz >= 0) || isinf(callback->lipschitz))
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "lipschitz is %g: give a number, or 0 when no bound is known", callback->lipschitz);
+                        "lipschitz is %g: give a number, or 0 when no bound is known",
+                        callback->lipschitz);
     for (int k = 0; k < 3; ++k)
-        if (!isfinite(callback->low[k]) || !isfinite(callback->high[k]) || !(callback->low[k] < callback->high[k]))
-            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                            "the callback's box runs from %g to %g along axis %d: low must be below high, "
-                            "and both finite",
-                            callback->low[k], callback->high[k], k);
+        if (!isfinite(callback->low[k]) || !isfinite(callback->high[k]) ||
+            !(callback->low[k] < callback->high[k]))
+            return qni_fail(
+                error, QN_ERROR_INVALID_ARGUMENT,
+                "the callback's box runs from %g to %g along axis %d: low must be below high, "
+                "and both finite",
+                callback->low[k], callback->high[k], k);
     return QN_OK;
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-/* Booleans of any number of parts: union is the least value, intersection the largest, a part that is taken away counts
- * with its sign turned. The active part gives gradient and owner. Crossings are those of the parts, in order, where
- * the combination changes sides. */
+/* Booleans of any number of parts: union is the least value, intersection the largest, a part that
+ * is taken away counts with its sign turned. The active part gives gradient and owner. Crossings
+ * are those of the parts, in order, where the combination changes sides. */
 #include "solid/primitives.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Everything is done as a union: an intersection is the complement of the union of the complements. */
+/* Everything is done as a union: an intersection is the complement of the union of the complements.
+ */
 typedef struct combination {
     qn_solid base;
     double sign; /* 1: union, -1: intersection */
@@ -31,8 +32,8 @@ static inline double turned(double value, double sign) {
 }
 
 /* Of one block: the least value, and which part gives it. */
-static qn_status least(const combination *c, int64_t count, const double (*points)[3], double *values,
-                       int64_t *active) {
+static qn_status least(const combination *c, int64_t count, const double (*points)[3],
+                       double *values, int64_t *active) {
     double each[QNI_SOLID_BLOCK];
     for (int64_t i = 0; i < count; ++i)
         values[i] = QNI_INFINITY;
@@ -52,7 +53,8 @@ static qn_status least(const combination *c, int64_t count, const double (*point
     return QN_OK;
 }
 
-static qn_status combine_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status combine_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                double *values) {
     for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
         int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
         QN_TRY(least((const combination *)solid, block, points + first, values + first, NULL));
@@ -60,9 +62,11 @@ static qn_status combine_values(const qn_solid *solid, int64_t count, const doub
     return QN_OK;
 }
 
-/* The gradients of the points of one block for which part n is active: gathered, asked for at once, put back. */
-static qn_status part_gradients(const combination *c, int64_t n, int64_t count, const double (*points)[3],
-                                const int64_t *active, double (*gradients)[3], int32_t *owners) {
+/* The gradients of the points of one block for which part n is active: gathered, asked for at once,
+ * put back. */
+static qn_status part_gradients(const combination *c, int64_t n, int64_t count,
+                                const double (*points)[3], const int64_t *active,
+                                double (*gradients)[3], int32_t *owners) {
     double near[QNI_SOLID_BLOCK][3], found[QNI_SOLID_BLOCK][3];
     int32_t found_owners[QNI_SOLID_BLOCK];
     int64_t places[QNI_SOLID_BLOCK], used = 0;
@@ -73,8 +77,8 @@ static qn_status part_gradients(const combination *c, int64_t n, int64_t count, 
         }
     if (used == 0)
         return QN_OK;
-    QN_TRY(c->parts[n]->ops->gradients(c->parts[n], used, (const double(*)[3])near, gradients ? found : NULL,
-                                       owners ? found_owners : NULL));
+    QN_TRY(c->parts[n]->ops->gradients(c->parts[n], used, (const double(*)[3])near,
+                                       gradients ? found : NULL, owners ? found_owners : NULL));
     for (int64_t i = 0; i < used; ++i) {
         for (int k = 0; gradients && k < 3; ++k)
             gradients[places[i]][k] = c->sign * c->signs[n] * found[i][k];
@@ -93,7 +97,8 @@ static qn_status combine_gradients(const qn_solid *solid, int64_t count, const d
         int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
         QN_TRY(least(c, block, points + first, values, active));
         for (int64_t n = 0; n < c->count; ++n)
-            QN_TRY(part_gradients(c, n, block, points + first, active, gradients ? gradients + first : NULL,
+            QN_TRY(part_gradients(c, n, block, points + first, active,
+                                  gradients ? gradients + first : NULL,
                                   owners ? owners + first : NULL));
     }
     return QN_OK;
@@ -163,8 +168,8 @@ static void note(const qni_crossing *crossing, bool *inside, const qni_crossing 
     *first = *first ? *first : crossing;
 }
 
-/* The union of two rows. Crossings nearer to each other than rounding can tell count as one place: so solids that touch
- * in a face leave no film between them. */
+/* The union of two rows. Crossings nearer to each other than rounding can tell count as one place:
+ * so solids that touch in a face leave no film between them. */
 static void unite(const row *a, const row *b, double same, row *both) {
     int32_t i = 0, j = 0;
     bool in_a = a->inside, in_b = b->inside, inside = in_a || in_b;
@@ -181,7 +186,8 @@ static void unite(const row *a, const row *b, double same, row *both) {
         if ((in_a || in_b) == inside)
             continue;
         inside = in_a || in_b;
-        if (both->count == QNI_CROSSINGS) /* no room: the last two go, the signs at the ends stay true */
+        if (both->count ==
+            QNI_CROSSINGS) /* no room: the last two go, the signs at the ends stay true */
             both->count -= 1;
         else
             both->crossings[both->count++] = *(inside ? enters : leaves);
@@ -198,8 +204,8 @@ static double sameness(const double a[3], const double b[3]) {
     return length > 0 ? fmin(32 * QNI_EPSILON * size / length, 1e-6) : 0;
 }
 
-static qn_status combine_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                   qni_crossing *crossings, int32_t *count_out) {
+static qn_status combine_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                   int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const combination *c = (const combination *)solid;
     row rows[3] = {0}, *sum = &rows[0], *next = &rows[1];
     qni_box box = qni_segment_box(a, b);
@@ -224,9 +230,10 @@ static qn_status combine_crossings(const qn_solid *solid, const double a[3], con
 
 static combination *create(qn_context *context, double sign, int64_t count);
 
-/* Fill `smaller` with the restricted parts that can be the least in the box; `keep` has them marked. */
-static qn_status restrict_parts(const combination *c, const qni_box *box, const bool *keep, combination *smaller,
-                                bool *changed_out) {
+/* Fill `smaller` with the restricted parts that can be the least in the box; `keep` has them
+ * marked. */
+static qn_status restrict_parts(const combination *c, const qni_box *box, const bool *keep,
+                                combination *smaller, bool *changed_out) {
     int64_t used = 0;
     for (int64_t n = 0; n < c->count; ++n) {
         if (!keep[n])
@@ -238,7 +245,8 @@ static qn_status restrict_parts(const combination *c, const qni_box *box, const 
     return QN_OK;
 }
 
-static qn_status mark_kept(const combination *c, const qni_box *box, bool *keep, double *lows, int64_t *kept_out) {
+static qn_status mark_kept(const combination *c, const qni_box *box, bool *keep, double *lows,
+                           int64_t *kept_out) {
     double high = QNI_INFINITY, each[2];
     for (int64_t n = 0; n < c->count; ++n) {
         QN_TRY(part_bounds(c, n, box, each));
@@ -257,8 +265,8 @@ static qn_status mark_kept(const combination *c, const qni_box *box, bool *keep,
     return QN_OK;
 }
 
-static qn_status restrict_marked(const combination *c, const qni_box *box, const bool *keep, int64_t kept,
-                                 qn_solid **solid_out) {
+static qn_status restrict_marked(const combination *c, const qni_box *box, const bool *keep,
+                                 int64_t kept, qn_solid **solid_out) {
     combination *smaller = create(c->base.context, c->sign, kept);
     if (!smaller)
         return QN_ERROR_OUT_OF_MEMORY;
@@ -330,8 +338,10 @@ static qni_box box_of(bool intersect, int64_t count, qn_solid *const *parts, con
         if (nothing)
             continue;
         for (int k = 0; k < 3; ++k) {
-            bool take_low = first || (intersect ? part.low[k] > box.low[k] : part.low[k] < box.low[k]);
-            bool take_high = first || (intersect ? part.high[k] < box.high[k] : part.high[k] > box.high[k]);
+            bool take_low =
+                first || (intersect ? part.low[k] > box.low[k] : part.low[k] < box.low[k]);
+            bool take_high =
+                first || (intersect ? part.high[k] < box.high[k] : part.high[k] > box.high[k]);
             box.low[k] = take_low ? part.low[k] : box.low[k];
             box.high[k] = take_high ? part.high[k] : box.high[k];
         }
@@ -342,8 +352,8 @@ static qni_box box_of(bool intersect, int64_t count, qn_solid *const *parts, con
     return box;
 }
 
-qn_solid *qni_combine_create(qn_context *context, bool intersect, int64_t count, qn_solid *const *parts,
-                             const bool *minus) {
+qn_solid *qni_combine_create(qn_context *context, bool intersect, int64_t count,
+                             qn_solid *const *parts, const bool *minus) {
     if (count == 0)
         return qni_empty_create(context);
     if (count == 1 && !(minus && minus[0]))
@@ -361,8 +371,9 @@ qn_solid *qni_combine_create(qn_context *context, bool intersect, int64_t count,
     return &c->base;
 }
 
-qn_solid *qni_combine_transformed(qn_context *context, const qn_solid *part, const double inverse[3][4],
-                                  const double forward[3][4], bool *done_out) {
+qn_solid *qni_combine_transformed(qn_context *context, const qn_solid *part,
+                                  const double inverse[3][4], const double forward[3][4],
+                                  bool *done_out) {
     const combination *c = (const combination *)part;
     *done_out = part->ops == &combine_ops;
     if (!*done_out)

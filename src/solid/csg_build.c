@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The modules of .csg files that have children: groups, booleans, matrices, projections; and the reader itself. */
+/* The modules of .csg files that have children: groups, booleans, matrices, projections; and the
+ * reader itself. */
 #include <string.h>
 
 #include "solid/csg_build.h"
@@ -19,8 +20,9 @@ static bool is_group(const qni_csg_call *call) {
 }
 
 int qni_csg_dimension(const qni_csg_call *call) {
-    static const char *const solids[] = {"cube", "sphere", "cylinder", "polyhedron", "linear_extrude",
-                                         "rotate_extrude", "surface", NULL};
+    static const char *const solids[] = {
+        "cube",           "sphere",         "cylinder", "polyhedron",
+        "linear_extrude", "rotate_extrude", "surface",  NULL};
     static const char *const flats[] = {"square", "circle", "polygon", "text", "projection", NULL};
     if (is_any(call, solids))
         return 3;
@@ -34,15 +36,17 @@ int qni_csg_dimension(const qni_csg_call *call) {
     return 0;
 }
 
-/* The children of this dimension, built; `parts` has room for all children. In place of others stands an empty solid, as
- * OpenSCAD has it: nothing to add or to take away, but an intersection with nothing is nothing. */
-static qn_status build_children(qni_csg_builder *build, const qni_csg_call *call, int dimension, qn_solid **parts,
-                                int64_t *count_out) {
+/* The children of this dimension, built; `parts` has room for all children. In place of others
+ * stands an empty solid, as OpenSCAD has it: nothing to add or to take away, but an intersection
+ * with nothing is nothing. */
+static qn_status build_children(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                                qn_solid **parts, int64_t *count_out) {
     for (const qni_csg_call *child = call->children; child; child = child->next) {
         int own = qni_csg_dimension(child);
         if (own && own != dimension) {
-            qni_log(build->context, QN_LOG_WARNING, "'%s', line %lld: a %s shape among %s ones is left out",
-                    build->text->name, (long long)child->line, own == 2 ? "flat" : "solid",
+            qni_log(build->context, QN_LOG_WARNING,
+                    "'%s', line %lld: a %s shape among %s ones is left out", build->text->name,
+                    (long long)child->line, own == 2 ? "flat" : "solid",
                     own == 2 ? "solid" : "flat");
             QN_TRY(qni_csg_give(build, qni_empty_create(build->context), &parts[*count_out]));
         } else {
@@ -55,7 +59,8 @@ static qn_status build_children(qni_csg_builder *build, const qni_csg_call *call
 
 typedef enum join { UNION, INTERSECTION, DIFFERENCE } join;
 
-static qn_solid *join_parts(qni_csg_builder *build, join how, qn_solid **parts, int64_t count, bool *minus) {
+static qn_solid *join_parts(qni_csg_builder *build, join how, qn_solid **parts, int64_t count,
+                            bool *minus) {
     int64_t used = 0;
     for (int64_t n = 0; n < count; ++n) {
         bool empty = qni_box_is_nothing(&parts[n]->box);
@@ -88,11 +93,13 @@ static qn_status joined(qni_csg_builder *build, const qni_csg_call *call, int di
     return status;
 }
 
-qn_status qni_csg_children(qni_csg_builder *build, const qni_csg_call *call, int dimension, qn_solid **solid_out) {
+qn_status qni_csg_children(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                           qn_solid **solid_out) {
     return joined(build, call, dimension, UNION, solid_out);
 }
 
-static qn_status multmatrix(qni_csg_builder *build, const qni_csg_call *call, int dimension, qn_solid **solid_out) {
+static qn_status multmatrix(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                            qn_solid **solid_out) {
     double matrix[3][4], inverse[3][4];
     qn_solid *part;
     QN_TRY(qni_csg_matrix(build, call, dimension, matrix));
@@ -103,10 +110,14 @@ static qn_status multmatrix(qni_csg_builder *build, const qni_csg_call *call, in
     }
     qn_status status;
     if (qni_invert((const double(*)[4])matrix, inverse)) {
-        status = qni_csg_give(build, qni_transform_create(build->context, part, (const double(*)[4])inverse,
-                                                      (const double(*)[4])matrix, NULL), solid_out);
+        status =
+            qni_csg_give(build,
+                         qni_transform_create(build->context, part, (const double(*)[4])inverse,
+                                              (const double(*)[4])matrix, NULL),
+                         solid_out);
     } else {
-        qni_log(build->context, QN_LOG_WARNING, "'%s', line %lld: a matrix that flattens its shape leaves nothing",
+        qni_log(build->context, QN_LOG_WARNING,
+                "'%s', line %lld: a matrix that flattens its shape leaves nothing",
                 build->text->name, (long long)call->line);
         status = qni_csg_give(build, qni_empty_create(build->context), solid_out);
     }
@@ -115,13 +126,15 @@ static qn_status multmatrix(qni_csg_builder *build, const qni_csg_call *call, in
 }
 
 /* The cut by the plane z = 0: the solid seen from points that are first moved there. */
-static qn_status projection(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
+static qn_status projection(qni_csg_builder *build, const qni_csg_call *call,
+                            qn_solid **solid_out) {
     static const double flatten[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 0}};
     bool cut;
     QN_TRY(qni_csg_flag(build, call, "cut", &cut));
     if (!cut)
-        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                            "shadows (cut = false) are not supported; only projection(cut = true) is");
+        return qni_csg_fail(
+            build, call, QN_ERROR_UNSUPPORTED,
+            "shadows (cut = false) are not supported; only projection(cut = true) is");
     qn_solid *part;
     QN_TRY(qni_csg_children(build, call, 3, &part));
     if (qni_box_is_nothing(&part->box)) {
@@ -139,10 +152,11 @@ static qn_status projection(qni_csg_builder *build, const qni_csg_call *call, qn
 
 /* What is known but not supported, and what is not known. */
 static qn_status refuse(qni_csg_builder *build, const qni_csg_call *call) {
-    return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                        "this module is not supported; supported are cube, sphere, cylinder, polyhedron, square, "
-                        "circle, polygon, group, union, difference, intersection, multmatrix, color, render, hull, "
-                        "minkowski of convex parts, linear_extrude, rotate_extrude, projection(cut = true)");
+    return qni_csg_fail(
+        build, call, QN_ERROR_UNSUPPORTED,
+        "this module is not supported; supported are cube, sphere, cylinder, polyhedron, square, "
+        "circle, polygon, group, union, difference, intersection, multmatrix, color, render, hull, "
+        "minkowski of convex parts, linear_extrude, rotate_extrude, projection(cut = true)");
 }
 
 qn_status qni_csg_build(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
@@ -181,8 +195,9 @@ qn_status qni_read_csg(qn_context *context, const qni_text *text, bool smooth, q
     qn_status status = qni_csg_parse(text, &memory, &root, error);
     qni_csg_builder build = {context, text, error, smooth, 0};
     if (status == QN_OK && qni_csg_dimension(root) == 2)
-        status = qni_fail(error, QN_ERROR_INPUT, "'%s' describes a flat shape: give it a height by linear_extrude",
-                          text->name);
+        status =
+            qni_fail(error, QN_ERROR_INPUT,
+                     "'%s' describes a flat shape: give it a height by linear_extrude", text->name);
     if (status == QN_OK)
         status = qni_csg_build(&build, root, solid_out);
     qni_csg_memory_free(&memory);

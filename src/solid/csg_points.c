@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Points whose hull is that of a shape, for hull() and for extents. A difference is taken for its first part only when the
- * rest leaves every corner of that part's hull; an intersection when its parts are convex. */
+/* Points whose hull is that of a shape, for hull() and for extents. A difference is taken for its
+ * first part only when the rest leaves every corner of that part's hull; an intersection when its
+ * parts are convex. */
 #include <string.h>
 
 #include "solid/csg_build.h"
@@ -8,17 +9,20 @@
 /* Planes of an intersection whose corners are looked for by trying all triples. */
 enum { MOST_PLANES = 64 };
 
-static qn_status add_moved(qni_csg_builder *build, const double matrix[3][4], const double p[3], qni_points *points) {
+static qn_status add_moved(qni_csg_builder *build, const double matrix[3][4], const double p[3],
+                           qni_points *points) {
     double moved[3];
     for (int k = 0; k < 3; ++k)
         moved[k] = matrix[k][0] * p[0] + matrix[k][1] * p[1] + matrix[k][2] * p[2] + matrix[k][3];
-    return qni_points_add(build->context, points, moved) ? QN_OK : qni_fail_memory(build->error, "a hull");
+    return qni_points_add(build->context, points, moved) ? QN_OK
+                                                         : qni_fail_memory(build->error, "a hull");
 }
 
 static void multiply(const double a[3][4], const double b[3][4], double out[3][4]) {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 4; ++j)
-            out[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j == 3 ? a[i][3] : 0);
+            out[i][j] =
+                a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j == 3 ? a[i][3] : 0);
 }
 
 static qn_status of_children(qni_csg_builder *build, const qni_csg_call *call, int dimension,
@@ -29,7 +33,8 @@ static qn_status of_children(qni_csg_builder *build, const qni_csg_call *call, i
     return QN_OK;
 }
 
-/* The points gathered by `of_children` in the call's own coordinates, with what is then done to them. */
+/* The points gathered by `of_children` in the call's own coordinates, with what is then done to
+ * them. */
 typedef struct gathered {
     qni_points points;
     bool *corner;
@@ -43,13 +48,14 @@ static void gathered_free(qni_csg_builder *build, gathered *all) {
 static const double identity[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 
 /* Whether the solid takes away a corner of the hull of the points. */
-static qn_status takes_corner(qni_csg_builder *build, const qni_csg_call *call, int dimension, const qn_solid *less,
-                              gathered *first) {
+static qn_status takes_corner(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                              const qn_solid *less, gathered *first) {
     qni_hull hull;
     first->corner = qni_alloc(build->context, first->points.count, sizeof *first->corner);
     if (!first->corner)
         return qni_fail_memory(build->error, "a hull");
-    QN_TRY(qni_hull_make(build->context, dimension, &first->points, first->corner, &hull, build->error));
+    QN_TRY(qni_hull_make(build->context, dimension, &first->points, first->corner, &hull,
+                         build->error));
     qni_hull_free(build->context, &hull);
     for (int64_t n = 0; n < first->points.count; ++n) {
         bool inside;
@@ -57,8 +63,9 @@ static qn_status takes_corner(qni_csg_builder *build, const qni_csg_call *call, 
             continue;
         QN_TRY(qni_solid_contains(less, first->points.at[n], &inside));
         if (inside)
-            return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                                "the hull or extent of a difference that takes away a corner is not supported");
+            return qni_csg_fail(
+                build, call, QN_ERROR_UNSUPPORTED,
+                "the hull or extent of a difference that takes away a corner is not supported");
     }
     return QN_OK;
 }
@@ -70,8 +77,10 @@ static qn_status of_difference(qni_csg_builder *build, const qni_csg_call *call,
     const qni_csg_call *child = call->children;
     while (child && qni_csg_dimension(child) != dimension)
         child = child->next;
-    qn_status status = child ? qni_csg_points(build, child, dimension, identity, &first.points) : QN_OK;
-    for (const qni_csg_call *next = child ? child->next : NULL; next && status == QN_OK; next = next->next) {
+    qn_status status =
+        child ? qni_csg_points(build, child, dimension, identity, &first.points) : QN_OK;
+    for (const qni_csg_call *next = child ? child->next : NULL; next && status == QN_OK;
+         next = next->next) {
         qn_solid *less;
         if (qni_csg_dimension(next) != dimension || first.points.count == 0)
             continue;
@@ -101,7 +110,8 @@ static bool meet(const qni_plane *a, const qni_plane *b, const qni_plane *c, dou
     if (!qni_invert((const double(*)[4])rows, inverse))
         return false;
     for (int k = 0; k < 3; ++k)
-        point[k] = inverse[k][0] * a->distance + inverse[k][1] * b->distance + inverse[k][2] * c->distance;
+        point[k] =
+            inverse[k][0] * a->distance + inverse[k][1] * b->distance + inverse[k][2] * c->distance;
     return true;
 }
 
@@ -116,8 +126,8 @@ static bool within(const qni_plane *planes, int count, const double p[3]) {
 }
 
 /* All corners of the convex body, by trying; none when it has no room inside. */
-static qn_status corners_of(qni_csg_builder *build, int dimension, const qni_plane *planes, int count,
-                            const double matrix[3][4], qni_points *points) {
+static qn_status corners_of(qni_csg_builder *build, int dimension, const qni_plane *planes,
+                            int count, const double matrix[3][4], qni_points *points) {
     static const qni_plane ground = {{0, 0, 1}, 0, 0};
     gathered all = {0};
     qn_status status = QN_OK;
@@ -160,15 +170,16 @@ static qn_status of_intersection(qni_csg_builder *build, const qni_csg_call *cal
             return QN_OK;
         if (!fits)
             return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                                "the hull or extent of an intersection is supported for convex parts of %d facets in all",
+                                "the hull or extent of an intersection is supported for convex "
+                                "parts of %d facets in all",
                                 MOST_PLANES);
     }
     return corners_of(build, dimension, planes, used, matrix, points);
 }
 
 /* The flat shape's points at both ends. */
-static qn_status of_linear_extrude(qni_csg_builder *build, const qni_csg_call *call, const double matrix[3][4],
-                                   qni_points *points) {
+static qn_status of_linear_extrude(qni_csg_builder *build, const qni_csg_call *call,
+                                   const double matrix[3][4], qni_points *points) {
     double height;
     bool centre;
     gathered flat = {0};
@@ -181,16 +192,17 @@ static qn_status of_linear_extrude(qni_csg_builder *build, const qni_csg_call *c
     for (int64_t n = 0; status == QN_OK && n < 2 * flat.points.count; ++n) {
         const double *p = flat.points.at[n / 2];
         double low = centre ? -0.5 * height : 0;
-        status = add_moved(build, matrix, (const double[3]){p[0], p[1], n % 2 ? low + height : low}, points);
+        status = add_moved(build, matrix, (const double[3]){p[0], p[1], n % 2 ? low + height : low},
+                           points);
     }
     gathered_free(build, &flat);
     return status;
 }
 
-qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int dimension, const double matrix[3][4],
-                         qni_points *points) {
-    static const char *const primitives[] = {"cube", "sphere", "cylinder", "square", "circle", "polygon",
-                                             "polyhedron"};
+qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                         const double matrix[3][4], qni_points *points) {
+    static const char *const primitives[] = {"cube",   "sphere",  "cylinder",  "square",
+                                             "circle", "polygon", "polyhedron"};
     static const char *const groups[] = {"group", "union", "color", "render", "hull"};
     for (size_t i = 0; i < sizeof primitives / sizeof *primitives; ++i)
         if (qni_csg_is(call, primitives[i])) {
@@ -216,19 +228,21 @@ qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int d
         return of_intersection(build, call, dimension, matrix, points);
     if (qni_csg_is(call, "linear_extrude"))
         return of_linear_extrude(build, call, matrix, points);
-    return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED, "this module is not supported within a hull or as the "
+    return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
+                        "this module is not supported within a hull or as the "
                         "outline of rotate_extrude");
 }
 
 /* The hull of the points, as a solid. */
-static qn_status hull_of(qni_csg_builder *build, const qni_csg_call *call, int dimension, const qni_points *points,
-                         int32_t owner, qn_solid **solid_out) {
+static qn_status hull_of(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                         const qni_points *points, int32_t owner, qn_solid **solid_out) {
     qni_hull hull = {0};
     if (points->count == 0)
         return qni_csg_give(build, qni_empty_create(build->context), solid_out);
     QN_TRY(qni_hull_make(build->context, dimension, points, NULL, &hull, build->error));
     if (hull.flat)
-        return qni_csg_fail(build, call, QN_ERROR_INPUT, "all its points lie in one plane: there is no room inside");
+        return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                            "all its points lie in one plane: there is no room inside");
     qni_box box = qni_box_everything();
     for (int k = 0; k < dimension; ++k) {
         box.low[k] = box.high[k] = points->at[0][k];
@@ -237,9 +251,11 @@ static qn_status hull_of(qni_csg_builder *build, const qni_csg_call *call, int d
             box.high[k] = fmax(box.high[k], points->at[n][k]);
         }
     }
-    qn_status status = qni_csg_give(
-        build, qni_polytope_create(build->context, hull.plane_count, (const double(*)[4])hull.planes, &box, owner),
-        solid_out);
+    qn_status status =
+        qni_csg_give(build,
+                     qni_polytope_create(build->context, hull.plane_count,
+                                         (const double(*)[4])hull.planes, &box, owner),
+                     solid_out);
     qni_hull_free(build->context, &hull);
     return status;
 }
@@ -256,45 +272,51 @@ qn_status qni_csg_hull(qni_csg_builder *build, const qni_csg_call *call, qn_soli
 }
 
 /* The corners of one part of a minkowski(), which must be convex. */
-static qn_status convex_corners(qni_csg_builder *build, const qni_csg_call *call, const qni_csg_call *child,
-                                int dimension, qni_points *points) {
+static qn_status convex_corners(qni_csg_builder *build, const qni_csg_call *call,
+                                const qni_csg_call *child, int dimension, qni_points *points) {
     qn_solid *part;
     int64_t count;
     QN_TRY(qni_csg_build(build, child, &part));
     bool convex = qni_polytope_planes(part, &count) != NULL;
     qn_solid_destroy(part);
     if (!convex || qni_csg_dimension(child) != dimension)
-        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                            "line %lld: only convex parts with flat facets, each of one piece, can be added up",
-                            (long long)child->line);
+        return qni_csg_fail(
+            build, call, QN_ERROR_UNSUPPORTED,
+            "line %lld: only convex parts with flat facets, each of one piece, can be added up",
+            (long long)child->line);
     return qni_csg_points(build, child, dimension, identity, points);
 }
 
 enum { MOST_SUMS = 1 << 21 };
 
 /* sums = all sums of a point of `a` and a point of `b`. */
-static qn_status add_up(qni_csg_builder *build, const qni_csg_call *call, const qni_points *a, const qni_points *b,
-                        qni_points *sums) {
+static qn_status add_up(qni_csg_builder *build, const qni_csg_call *call, const qni_points *a,
+                        const qni_points *b, qni_points *sums) {
     if (a->count > MOST_SUMS / (b->count > 0 ? b->count : 1))
-        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED, "%lld times %lld corners are too many to add up",
-                            (long long)a->count, (long long)b->count);
+        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
+                            "%lld times %lld corners are too many to add up", (long long)a->count,
+                            (long long)b->count);
     for (int64_t i = 0; i < a->count; ++i)
         for (int64_t j = 0; j < b->count; ++j) {
-            const double sum[3] = {a->at[i][0] + b->at[j][0], a->at[i][1] + b->at[j][1], a->at[i][2] + b->at[j][2]};
+            const double sum[3] = {a->at[i][0] + b->at[j][0], a->at[i][1] + b->at[j][1],
+                                   a->at[i][2] + b->at[j][2]};
             if (!qni_points_add(build->context, sums, sum))
                 return qni_fail_memory(build->error, "a hull");
         }
     return QN_OK;
 }
 
-qn_status qni_csg_minkowski(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
+qn_status qni_csg_minkowski(qni_csg_builder *build, const qni_csg_call *call,
+                            qn_solid **solid_out) {
     int dimension = qni_csg_dimension(call);
     qni_points sum = {0};
     int32_t owner = build->owner + 1;
     qn_status status = QN_OK;
-    for (const qni_csg_call *child = call->children; child && status == QN_OK; child = child->next) {
+    for (const qni_csg_call *child = call->children; child && status == QN_OK;
+         child = child->next) {
         qni_points own = {0}, more = {0};
-        status = convex_corners(build, call, child, dimension, child == call->children ? &sum : &own);
+        status =
+            convex_corners(build, call, child, dimension, child == call->children ? &sum : &own);
         if (status == QN_OK && child != call->children) {
             status = add_up(build, call, &sum, &own, &more);
             qni_points_free(build->context, &sum);

@@ -35,21 +35,23 @@ static qn_status read_points(qni_csg_builder *build, const qni_csg_call *call, l
         const qni_csg_value *item = is_list(point) && point->count == 3 ? point->items : NULL;
         for (int k = 0; k < 3; ++k, item = item->next) {
             if (!item || item->kind != QNI_CSG_NUMBER || !isfinite(item->number))
-                return qni_csg_fail(build, call, QN_ERROR_INPUT, "point %lld is not three finite numbers",
-                                    (long long)n);
+                return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                                    "point %lld is not three finite numbers", (long long)n);
             all->points[n][k] = item->number;
         }
     }
     return QN_OK;
 }
 
-static qn_status read_face(qni_csg_builder *build, const qni_csg_call *call, const qni_csg_value *face, int64_t n,
-                           lists *all, int64_t *used) {
+static qn_status read_face(qni_csg_builder *build, const qni_csg_call *call,
+                           const qni_csg_value *face, int64_t n, lists *all, int64_t *used) {
     all->sizes[n] = face->count;
     for (const qni_csg_value *item = face->items; item; item = item->next) {
-        if (item->kind != QNI_CSG_NUMBER || !(item->number >= 0 && item->number < (double)all->point_count))
-            return qni_csg_fail(build, call, QN_ERROR_INPUT, "face %lld names a point that is not one of the %lld",
-                                (long long)n, (long long)all->point_count);
+        if (item->kind != QNI_CSG_NUMBER ||
+            !(item->number >= 0 && item->number < (double)all->point_count))
+            return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                                "face %lld names a point that is not one of the %lld", (long long)n,
+                                (long long)all->point_count);
         all->indices[(*used)++] = (int64_t)item->number;
     }
     return QN_OK;
@@ -58,10 +60,12 @@ static qn_status read_face(qni_csg_builder *build, const qni_csg_call *call, con
 static qn_status read_faces(qni_csg_builder *build, const qni_csg_call *call, lists *all) {
     const qni_csg_value *list = qni_csg_find(call, "faces");
     if (!is_list(list))
-        return qni_csg_fail(build, call, QN_ERROR_INPUT, "faces must be a list of lists of point numbers");
+        return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                            "faces must be a list of lists of point numbers");
     for (const qni_csg_value *face = list->items; face; face = face->next) {
         if (!is_list(face))
-            return qni_csg_fail(build, call, QN_ERROR_INPUT, "faces must be a list of lists of point numbers");
+            return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                                "faces must be a list of lists of point numbers");
         all->index_count += face->count;
     }
     all->face_count = list->count;
@@ -75,23 +79,25 @@ static qn_status read_faces(qni_csg_builder *build, const qni_csg_call *call, li
     return QN_OK;
 }
 
-qn_status qni_csg_polyhedron(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
+qn_status qni_csg_polyhedron(qni_csg_builder *build, const qni_csg_call *call,
+                             qn_solid **solid_out) {
     lists all = {0};
     char where[200];
-    snprintf(where, sizeof where, "'%.100s', line %lld, column %lld", build->text->name, (long long)call->line,
-             (long long)call->column);
+    snprintf(where, sizeof where, "'%.100s', line %lld, column %lld", build->text->name,
+             (long long)call->line, (long long)call->column);
     qn_status status = read_points(build, call, &all);
     if (status == QN_OK)
         status = read_faces(build, call, &all);
     if (status == QN_OK)
-        status = qni_polyhedron_from_faces(build->context, where, all.point_count, (const double(*)[3])all.points,
-                                           all.face_count, all.sizes, all.indices, build->owner, solid_out,
-                                           build->error);
+        status = qni_polyhedron_from_faces(
+            build->context, where, all.point_count, (const double(*)[3])all.points, all.face_count,
+            all.sizes, all.indices, build->owner, solid_out, build->error);
     lists_free(build, &all);
     return status;
 }
 
-qn_status qni_csg_polyhedron_corners(qni_csg_builder *build, const qni_csg_call *call, qni_points *points) {
+qn_status qni_csg_polyhedron_corners(qni_csg_builder *build, const qni_csg_call *call,
+                                     qni_points *points) {
     lists all = {0};
     qn_status status = read_points(build, call, &all);
     for (int64_t n = 0; status == QN_OK && n < all.point_count; ++n)

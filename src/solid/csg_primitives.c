@@ -13,7 +13,8 @@ typedef struct shape {
     bool empty;
 } shape;
 
-static qn_status read_block(qni_csg_builder *build, const qni_csg_call *call, int dimension, shape *out) {
+static qn_status read_block(qni_csg_builder *build, const qni_csg_call *call, int dimension,
+                            shape *out) {
     double size[3];
     bool centre;
     QN_TRY(qni_csg_numbers(build, call, "size", dimension, size));
@@ -54,7 +55,8 @@ static qn_status read_shape(qni_csg_builder *build, const qni_csg_call *call, sh
         return read_block(build, call, 3, out);
     if (qni_csg_is(call, "square"))
         return read_block(build, call, 2, out);
-    return qni_csg_is(call, "cylinder") ? read_cylinder(build, call, out) : read_round(build, call, out);
+    return qni_csg_is(call, "cylinder") ? read_cylinder(build, call, out)
+                                        : read_round(build, call, out);
 }
 
 /* Upright planes round a box in the first `dimension` axes. */
@@ -69,7 +71,8 @@ static qn_solid *block(qni_csg_builder *build, const shape *s, int dimension) {
         box.low[k] = s->low[k];
         box.high[k] = s->high[k];
     }
-    return qni_polytope_create(build->context, 2 * dimension, (const double(*)[4])planes, &box, build->owner);
+    return qni_polytope_create(build->context, 2 * dimension, (const double(*)[4])planes, &box,
+                               build->owner);
 }
 
 /* A prism without ends over a convex polygon given counter-clockwise. */
@@ -77,7 +80,8 @@ static qn_solid *convex_prism(qni_csg_builder *build, int64_t count, const doubl
     double(*planes)[4] = qni_alloc(build->context, count, sizeof *planes);
     if (!planes)
         return NULL;
-    qni_box box = {{QNI_INFINITY, QNI_INFINITY, -QNI_INFINITY}, {-QNI_INFINITY, -QNI_INFINITY, QNI_INFINITY}};
+    qni_box box = {{QNI_INFINITY, QNI_INFINITY, -QNI_INFINITY},
+                   {-QNI_INFINITY, -QNI_INFINITY, QNI_INFINITY}};
     for (int64_t n = 0; n < count; ++n) {
         const double *from = points[n], *to = points[(n + 1) % count];
         planes[n][0] = to[1] - from[1];
@@ -89,7 +93,8 @@ static qn_solid *convex_prism(qni_csg_builder *build, int64_t count, const doubl
             box.high[k] = fmax(box.high[k], from[k]);
         }
     }
-    qn_solid *solid = qni_polytope_create(build->context, count, (const double(*)[4])planes, &box, build->owner);
+    qn_solid *solid =
+        qni_polytope_create(build->context, count, (const double(*)[4])planes, &box, build->owner);
     qni_free(build->context, planes, count, sizeof *planes);
     return solid;
 }
@@ -124,21 +129,24 @@ static qn_solid *solid_of(qni_csg_builder *build, const qni_csg_call *call, cons
     if (qni_csg_is(call, "circle"))
         return circle(build, s);
     if (qni_csg_is(call, "sphere"))
-        return build->smooth ? qni_sphere_create(build->context, origin, s->low_radius, build->owner)
-                             : qni_facet_sphere(build->context, s->low_radius, s->fragments, build->owner);
+        return build->smooth
+                   ? qni_sphere_create(build->context, origin, s->low_radius, build->owner)
+                   : qni_facet_sphere(build->context, s->low_radius, s->fragments, build->owner);
     double height = s->high[2] - s->low[2];
-    return build->smooth ? qni_round_cylinder(build->context, s->low[2], height, s->low_radius, s->high_radius,
-                                              build->owner)
-                         : qni_facet_cylinder(build->context, s->low[2], height, s->low_radius, s->high_radius,
-                                              s->fragments, build->owner);
+    return build->smooth ? qni_round_cylinder(build->context, s->low[2], height, s->low_radius,
+                                              s->high_radius, build->owner)
+                         : qni_facet_cylinder(build->context, s->low[2], height, s->low_radius,
+                                              s->high_radius, s->fragments, build->owner);
 }
 
 static qn_status add(qni_csg_builder *build, qni_points *points, double x, double y, double z) {
     const double point[3] = {x, y, z};
-    return qni_points_add(build->context, points, point) ? QN_OK : qni_fail_memory(build->error, "a hull");
+    return qni_points_add(build->context, points, point) ? QN_OK
+                                                         : qni_fail_memory(build->error, "a hull");
 }
 
-static qn_status ring(qni_csg_builder *build, qni_points *points, double radius, int32_t fragments, double z) {
+static qn_status ring(qni_csg_builder *build, qni_points *points, double radius, int32_t fragments,
+                      double z) {
     if (radius == 0)
         return add(build, points, 0, 0, z);
     for (int32_t n = 0; n < fragments; ++n) {
@@ -178,15 +186,19 @@ static bool coordinates(const qni_csg_value *point, int dimension, double *out) 
     return true;
 }
 
-/* The points that the paths name, path by path; all of them in one path when there are none. `given` has all points. */
-static qn_status follow_paths(qni_csg_builder *build, const qni_csg_call *call, const qni_csg_value *paths,
-                              const double (*given)[2], int64_t given_count, outline *out) {
+/* The points that the paths name, path by path; all of them in one path when there are none.
+ * `given` has all points. */
+static qn_status follow_paths(qni_csg_builder *build, const qni_csg_call *call,
+                              const qni_csg_value *paths, const double (*given)[2],
+                              int64_t given_count, outline *out) {
     int64_t used = 0, path_number = 0;
     for (const qni_csg_value *path = paths->items; path; path = path->next, ++path_number) {
         out->sizes[path_number] = path->count;
         for (const qni_csg_value *item = path->items; item; item = item->next) {
-            if (item->kind != QNI_CSG_NUMBER || !(item->number >= 0 && item->number < (double)given_count))
-                return qni_csg_fail(build, call, QN_ERROR_INPUT, "path %lld names a point that is not one of the %lld",
+            if (item->kind != QNI_CSG_NUMBER ||
+                !(item->number >= 0 && item->number < (double)given_count))
+                return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                                    "path %lld names a point that is not one of the %lld",
                                     (long long)path_number, (long long)given_count);
             memcpy(out->points[used++], given[(int64_t)item->number], sizeof *out->points);
         }
@@ -194,14 +206,16 @@ static qn_status follow_paths(qni_csg_builder *build, const qni_csg_call *call, 
     return QN_OK;
 }
 
-static qn_status count_paths(qni_csg_builder *build, const qni_csg_call *call, const qni_csg_value *paths,
-                             outline *out) {
+static qn_status count_paths(qni_csg_builder *build, const qni_csg_call *call,
+                             const qni_csg_value *paths, outline *out) {
     if (!is_list(paths))
-        return qni_csg_fail(build, call, QN_ERROR_INPUT, "paths must be a list of lists of point numbers");
+        return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                            "paths must be a list of lists of point numbers");
     out->contours = paths->count;
     for (const qni_csg_value *path = paths->items; path; path = path->next) {
         if (!is_list(path))
-            return qni_csg_fail(build, call, QN_ERROR_INPUT, "paths must be a list of lists of point numbers");
+            return qni_csg_fail(build, call, QN_ERROR_INPUT,
+                                "paths must be a list of lists of point numbers");
         out->count += path->count;
     }
     return QN_OK;
@@ -217,9 +231,11 @@ static qn_status read_outline(qni_csg_builder *build, const qni_csg_call *call, 
     if (!given)
         return qni_fail_memory(build->error, "a polygon");
     qn_status status = QN_OK;
-    for (const qni_csg_value *point = list->items; point && status == QN_OK; point = point->next, ++n)
+    for (const qni_csg_value *point = list->items; point && status == QN_OK;
+         point = point->next, ++n)
         if (!coordinates(point, 2, given[n]))
-            status = qni_csg_fail(build, call, QN_ERROR_INPUT, "point %lld is not two finite numbers", (long long)n);
+            status = qni_csg_fail(build, call, QN_ERROR_INPUT,
+                                  "point %lld is not two finite numbers", (long long)n);
     if (status == QN_OK && !paths) {
         out->points = given;
         out->count = given_count;
@@ -248,8 +264,10 @@ static int convexity(const outline *o) {
         return 0;
     int direction = 0, flips = 0, last_sign = 0, first_sign = 0;
     for (int64_t n = 0; n < o->count; ++n) {
-        const double *a = o->points[n], *b = o->points[(n + 1) % o->count], *c = o->points[(n + 2) % o->count];
-        double turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]), dx = b[0] - a[0];
+        const double *a = o->points[n], *b = o->points[(n + 1) % o->count],
+                     *c = o->points[(n + 2) % o->count];
+        double turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]),
+               dx = b[0] - a[0];
         int sign = turn > 0 ? 1 : turn < 0 ? -1 : 0, side = dx > 0 ? 1 : dx < 0 ? -1 : 0;
         if (sign == 0 || (direction && sign != direction))
             return 0;
@@ -280,10 +298,12 @@ static qn_status polygon(qni_csg_builder *build, const qni_csg_call *call, qn_so
         qn_outline view = {o.contours, o.sizes, (const double(*)[2])o.points};
         if (direction < 0)
             reverse(&o);
-        status = qni_csg_give(build, direction ? convex_prism(build, o.count, view.points)
-                                     : o.count < 3 ? qni_empty_create(build->context)
-                                               : qni_polygon_create(build->context, &view, build->owner),
-                              solid_out);
+        status =
+            qni_csg_give(build,
+                         direction     ? convex_prism(build, o.count, view.points)
+                         : o.count < 3 ? qni_empty_create(build->context)
+                                       : qni_polygon_create(build->context, &view, build->owner),
+                         solid_out);
     }
     outline_free(build, &o);
     return status;
@@ -297,7 +317,8 @@ static bool is_simple(const qni_csg_call *call) {
     return false;
 }
 
-qn_status qni_csg_primitive(qni_csg_builder *build, const qni_csg_call *call, bool *known_out, qn_solid **solid_out) {
+qn_status qni_csg_primitive(qni_csg_builder *build, const qni_csg_call *call, bool *known_out,
+                            qn_solid **solid_out) {
     bool simple = is_simple(call), solid = qni_csg_is(call, "polyhedron");
     *known_out = simple || solid || qni_csg_is(call, "polygon");
     if (!*known_out)
@@ -312,7 +333,8 @@ qn_status qni_csg_primitive(qni_csg_builder *build, const qni_csg_call *call, bo
     return qni_csg_give(build, solid_of(build, call, &s), solid_out);
 }
 
-static qn_status polygon_corners(qni_csg_builder *build, const qni_csg_call *call, qni_points *points) {
+static qn_status polygon_corners(qni_csg_builder *build, const qni_csg_call *call,
+                                 qni_points *points) {
     outline o;
     qn_status status = read_outline(build, call, &o);
     for (int64_t n = 0; status == QN_OK && n < o.count; ++n)
@@ -338,8 +360,9 @@ qn_status qni_csg_corners(qni_csg_builder *build, const qni_csg_call *call, qni_
         return QN_OK;
     }
     if (build->smooth)
-        return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                            "hulls of round primitives are not supported; read the file with their facets");
+        return qni_csg_fail(
+            build, call, QN_ERROR_UNSUPPORTED,
+            "hulls of round primitives are not supported; read the file with their facets");
     if (qni_csg_is(call, "circle"))
         return ring(build, points, s.low_radius, s.fragments, 0);
     if (qni_csg_is(call, "cylinder")) {

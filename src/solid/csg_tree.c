@@ -54,9 +54,11 @@ static qn_status expected(parser *in, const char *what) {
     int64_t length = 0;
     while (in->at + length < in->end && length < 20 && in->at[length] != '\n')
         ++length;
-    return qni_fail(in->error, QN_ERROR_INPUT, "'%s', line %lld, column %lld: expected %s, found %s%s%s",
-                    in->text->name, (long long)in->line, (long long)(in->at - in->line_start + 1), what,
-                    in->at == in->end ? "" : "'", in->at == in->end ? "the end" : qni_word_of(in->at, length).text,
+    return qni_fail(in->error, QN_ERROR_INPUT,
+                    "'%s', line %lld, column %lld: expected %s, found %s%s%s", in->text->name,
+                    (long long)in->line, (long long)(in->at - in->line_start + 1), what,
+                    in->at == in->end ? "" : "'",
+                    in->at == in->end ? "the end" : qni_word_of(in->at, length).text,
                     in->at == in->end ? "" : "'");
 }
 
@@ -107,7 +109,8 @@ static bool is_letter(char c) {
 static qni_csg_span word(parser *in) {
     skip(in);
     const char *begin = in->at;
-    while (in->at < in->end && (is_letter(*in->at) || (in->at > begin && *in->at >= '0' && *in->at <= '9')))
+    while (in->at < in->end &&
+           (is_letter(*in->at) || (in->at > begin && *in->at >= '0' && *in->at <= '9')))
         ++in->at;
     return (qni_csg_span){begin, in->at - begin};
 }
@@ -205,9 +208,10 @@ static qn_status modifiers(parser *in, bool *counts_out) {
         if (accept(in, '%') || accept(in, '*'))
             *counts_out = false;
         else if (accept(in, '!'))
-            return qni_fail(in->error, QN_ERROR_UNSUPPORTED,
-                            "'%s', line %lld: the modifier '!' (show only this) is not supported; take it out",
-                            in->text->name, (long long)in->line);
+            return qni_fail(
+                in->error, QN_ERROR_UNSUPPORTED,
+                "'%s', line %lld: the modifier '!' (show only this) is not supported; take it out",
+                in->text->name, (long long)in->line);
         else if (!accept(in, '#'))
             return QN_OK;
     }
@@ -254,9 +258,15 @@ static qn_status calls(parser *in, qni_csg_call *parent) {
     return QN_OK;
 }
 
-qn_status qni_csg_parse(const qni_text *text, qni_csg_memory *memory, qni_csg_call **root_out, qn_error *error) {
-    parser in = {.text = text, .at = text->bytes, .end = text->bytes + text->size, .line_start = text->bytes,
-                 .line = 1, .memory = memory, .error = error};
+qn_status qni_csg_parse(const qni_text *text, qni_csg_memory *memory, qni_csg_call **root_out,
+                        qn_error *error) {
+    parser in = {.text = text,
+                 .at = text->bytes,
+                 .end = text->bytes + text->size,
+                 .line_start = text->bytes,
+                 .line = 1,
+                 .memory = memory,
+                 .error = error};
     if (starts(&in, "\xef\xbb\xbf"))
         in.at += 3;
     *root_out = grab(&in, sizeof **root_out);

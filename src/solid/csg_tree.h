@@ -10,7 +10,13 @@ typedef struct qni_csg_span {
     int64_t length;
 } qni_csg_span;
 
-typedef enum qni_csg_kind { QNI_CSG_UNDEF, QNI_CSG_NUMBER, QNI_CSG_BOOL, QNI_CSG_STRING, QNI_CSG_VECTOR } qni_csg_kind;
+typedef enum qni_csg_kind {
+    QNI_CSG_UNDEF,
+    QNI_CSG_NUMBER,
+    QNI_CSG_BOOL,
+    QNI_CSG_STRING,
+    QNI_CSG_VECTOR
+} qni_csg_kind;
 
 typedef struct qni_csg_value {
     qni_csg_kind kind;
@@ -25,7 +31,8 @@ typedef struct qni_csg_argument {
     struct qni_csg_argument *next;
 } qni_csg_argument;
 
-/* NAME(ARGUMENTS) { CHILDREN }. Children with the modifiers % and *, which do not count, are left out. */
+/* NAME(ARGUMENTS) { CHILDREN }. Children with the modifiers % and *, which do not count, are left
+ * out. */
 typedef struct qni_csg_call {
     qni_csg_span name;
     int64_t line, column;
@@ -42,7 +49,8 @@ typedef struct qni_csg_memory {
 void qni_csg_memory_free(qni_csg_memory *memory);
 
 /* The whole file as one call without a name whose children are the file's. */
-qn_status qni_csg_parse(const qni_text *text, qni_csg_memory *memory, qni_csg_call **root_out, qn_error *error);
+qn_status qni_csg_parse(const qni_text *text, qni_csg_memory *memory, qni_csg_call **root_out,
+                        qn_error *error);
 
 bool qni_csg_is(const qni_csg_call *call, const char *name);
 /* The argument of this name; NULL when there is none, or it is undef. */

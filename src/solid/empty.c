@@ -8,7 +8,8 @@ static void destroy(qn_solid *solid) {
     qni_solid_free(solid, sizeof *solid);
 }
 
-static qn_status empty_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status empty_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                              double *values) {
     (void)solid, (void)points;
     for (int64_t n = 0; n < count; ++n)
         values[n] = QNI_INFINITY;
@@ -33,8 +34,8 @@ static qn_status empty_bounds(const qn_solid *solid, const qni_box *box, double 
     return QN_OK;
 }
 
-static qn_status empty_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                 qni_crossing *crossings, int32_t *count_out) {
+static qn_status empty_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                 int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     (void)solid, (void)a, (void)b, (void)capacity, (void)crossings;
     *count_out = 0;
     return QN_OK;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Extrusions and revolutions: flat shapes are prisms without ends, so one is an intersection with a slab and the other a
- * look at the shape round an axis. No polygon is ever clipped. */
+/* Extrusions and revolutions: flat shapes are prisms without ends, so one is an intersection with a
+ * slab and the other a look at the shape round an axis. No polygon is ever clipped. */
 #include <string.h>
 
 #include "solid/facets.h"
@@ -33,7 +33,7 @@ qn_solid *qni_extrude_create(qn_context *context, qn_solid *part, double low, do
             box.high[k] = QNI_INFINITY;
         }
         qn_solid *parts[2] = {part, qni_polytope_create(context, 2, (const double(*)[4])ends, &box,
-                                                    part_owner(part))};
+                                                        part_owner(part))};
         qn_solid *solid = parts[1] ? qni_combine_create(context, true, 2, parts, NULL) : NULL;
         qn_solid_destroy(parts[1]);
         return solid;
@@ -46,13 +46,14 @@ qn_solid *qni_extrude_create(qn_context *context, qn_solid *part, double low, do
         planes[n][3] = sides[n].distance;
     }
     memcpy(planes[count], ends, sizeof ends);
-    qn_solid *solid = qni_polytope_create(context, count + 2, (const double(*)[4])planes, &box, part->owner);
+    qn_solid *solid =
+        qni_polytope_create(context, count + 2, (const double(*)[4])planes, &box, part->owner);
     qni_free(context, planes, count + 2, sizeof *planes);
     return solid;
 }
 
-/* The wedge between two half-planes that begin at the z axis: convex up to half a turn, else the complement of the
- * wedge that is left. */
+/* The wedge between two half-planes that begin at the z axis: convex up to half a turn, else the
+ * complement of the wedge that is left. */
 static qn_solid *cut_out(qn_context *context, qn_solid *turned, double start, double angle) {
     bool large = angle > 180;
     double from = large ? start + angle : start, to = large ? start + 360 : start + angle;
@@ -60,7 +61,7 @@ static qn_solid *cut_out(qn_context *context, qn_solid *turned, double start, do
                            {-qni_sin_degrees(to), qni_cos_degrees(to), 0, 0}};
     qni_box box = qni_box_everything();
     qn_solid *parts[2] = {turned, qni_polytope_create(context, 2, (const double(*)[4])planes, &box,
-                                                  part_owner(turned))};
+                                                      part_owner(turned))};
     const bool minus[2] = {false, large};
     qn_solid *solid = parts[1] ? qni_combine_create(context, true, 2, parts, minus) : NULL;
     qn_solid_destroy(parts[1]);
@@ -73,13 +74,19 @@ static qn_solid *mirrored(qn_context *context, qn_solid *part) {
     return qni_transform_create(context, part, mirror, mirror, NULL);
 }
 
-qn_solid *qni_turn_create(qn_context *context, qn_solid *part, double angle, int32_t fragments, bool left) {
+qn_solid *qni_turn_create(qn_context *context, qn_solid *part, double angle, int32_t fragments,
+                          bool left) {
     qn_solid *right = left ? mirrored(context, part) : qni_solid_retain(part);
     if (!right)
         return NULL;
-    /* Whole turns begin opposite to the shape, parts of one at it; negative ones go the other way round. */
+    /* Whole turns begin opposite to the shape, parts of one at it; negative ones go the other way
+     * round. */
     bool whole = fabs(angle) >= 360;
-    double start = (whole ? 180 : angle < 0 ? angle : 0) + (left ? 180 : 0), size = whole ? 360 : fabs(angle);
+    double start = (whole       ? 180
+                    : angle < 0 ? angle
+                                : 0) +
+                   (left ? 180 : 0),
+           size = whole ? 360 : fabs(angle);
     qn_solid *turned = qni_revolve_create(context, right, start, size, fragments);
     qn_solid_destroy(right);
     if (!turned || whole)

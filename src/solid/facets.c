@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Facetted spheres and cylinders: corners on the round surface, the first at angle 0; a sphere's rings lie half a step
- * from its poles, which are flat. Both are convex: the planes of their facets say all. */
+/* Facetted spheres and cylinders: corners on the round surface, the first at angle 0; a sphere's
+ * rings lie half a step from its poles, which are flat. Both are convex: the planes of their facets
+ * say all. */
 #include "solid/facets.h"
 
 #include <math.h>
@@ -40,15 +41,17 @@ int32_t qni_sphere_rings(int32_t fragments) {
     return (fragments + 1) / 2;
 }
 
-void qni_sphere_ring(double radius, int32_t fragments, int32_t ring, double *ring_radius, double *z) {
+void qni_sphere_ring(double radius, int32_t fragments, int32_t ring, double *ring_radius,
+                     double *z) {
     double phi = 180.0 * (ring + 0.5) / qni_sphere_rings(fragments);
     *ring_radius = radius * qni_sin_degrees(phi);
     *z = radius * qni_cos_degrees(phi);
 }
 
-/* The facets of the frustum between two rings: m . (x, y) < apothem at z, which goes linearly from one ring to the other. */
-static void frustum(double low_z, double low_radius, double high_z, double high_radius, int32_t fragments,
-                    double (*planes)[4]) {
+/* The facets of the frustum between two rings: m . (x, y) < apothem at z, which goes linearly from
+ * one ring to the other. */
+static void frustum(double low_z, double low_radius, double high_z, double high_radius,
+                    int32_t fragments, double (*planes)[4]) {
     double inner = qni_cos_degrees(180.0 / fragments), rise = high_z - low_z;
     for (int32_t n = 0; n < fragments; ++n) {
         double middle = 360.0 * (n + 0.5) / fragments;
@@ -92,7 +95,8 @@ qn_solid *qni_facet_sphere(qn_context *context, double radius, int32_t fragments
     double top = upper_z;
     for (int32_t ring = 1; ring < rings; ++ring) {
         qni_sphere_ring(radius, fragments, ring, &radius_here, &z);
-        frustum(z, radius_here, upper_z, upper_radius, fragments, planes + (int64_t)fragments * (ring - 1));
+        frustum(z, radius_here, upper_z, upper_radius, fragments,
+                planes + (int64_t)fragments * (ring - 1));
         upper_radius = radius_here;
         upper_z = z;
     }
@@ -110,12 +114,15 @@ qn_solid *qni_round_cylinder(qn_context *context, double low, double height, dou
     double planes[2][4];
     cap(low, false, planes[0]);
     cap(low + height, true, planes[1]);
-    qni_box box = {{-radius, -radius, low}, {radius, radius, low + height}}, slab = qni_box_everything();
+    qni_box box = {{-radius, -radius, low}, {radius, radius, low + height}},
+            slab = qni_box_everything();
     slab.low[2] = low;
     slab.high[2] = low + height;
-    qn_solid *parts[2] = {qni_cone_create(context, low_radius - slope * low, slope, owner),
-                          qni_polytope_create(context, 2, (const double(*)[4])planes, &slab, owner)};
-    qn_solid *solid = parts[0] && parts[1] ? qni_combine_create(context, true, 2, parts, NULL) : NULL;
+    qn_solid *parts[2] = {
+        qni_cone_create(context, low_radius - slope * low, slope, owner),
+        qni_polytope_create(context, 2, (const double(*)[4])planes, &slab, owner)};
+    qn_solid *solid =
+        parts[0] && parts[1] ? qni_combine_create(context, true, 2, parts, NULL) : NULL;
     if (solid)
         solid->box = box;
     qn_solid_destroy(parts[0]);

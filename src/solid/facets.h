@@ -16,7 +16,8 @@ double qni_cos_degrees(double degrees);
 void qni_circle_point(double radius, int32_t fragments, int32_t n, double point[2]);
 /* The rings of a sphere: how many, and radius and z of one, from the top down. */
 int32_t qni_sphere_rings(int32_t fragments);
-void qni_sphere_ring(double radius, int32_t fragments, int32_t ring, double *ring_radius, double *z);
+void qni_sphere_ring(double radius, int32_t fragments, int32_t ring, double *ring_radius,
+                     double *z);
 
 /* From z = low to low + height. NULL when memory is short. */
 qn_solid *qni_facet_cylinder(qn_context *context, double low, double height, double low_radius,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Crossings from values and bounds alone: pieces where the surface may be, then a bracketing root finder
- * (Chandrupatla 1997: inverse quadratic steps where they are safe, else halving). */
+/* Crossings from values and bounds alone: pieces where the surface may be, then a bracketing root
+ * finder (Chandrupatla 1997: inverse quadratic steps where they are safe, else halving). */
 #include "solid/node.h"
 
 #include <math.h>
@@ -16,7 +16,9 @@ typedef struct walk {
 
 static void place(const walk *way, double t, double point[3]) {
     for (int k = 0; k < 3; ++k)
-        point[k] = t <= 0 ? way->a[k] : t >= 1 ? way->b[k] : way->a[k] + t * (way->b[k] - way->a[k]);
+        point[k] = t <= 0   ? way->a[k]
+                   : t >= 1 ? way->b[k]
+                            : way->a[k] + t * (way->b[k] - way->a[k]);
 }
 
 static qn_status value_at(const walk *way, double t, double *value_out) {
@@ -50,7 +52,8 @@ static qn_status mark(walk *way, int first, int count) {
 }
 
 /* Chandrupatla's method between t0 and t1, where the signs differ. */
-static qn_status bracket(const walk *way, double t0, double v0, double t1, double v1, double *root_out) {
+static qn_status bracket(const walk *way, double t0, double v0, double t1, double v1,
+                         double *root_out) {
     double a = t1, fa = tame(v1), b = t0, fb = tame(v0), c = t0, fc = fb, step = 0.5;
     for (int i = 0; i < MOST_STEPS; ++i) {
         double t = a + step * (b - a), value;
@@ -70,15 +73,16 @@ static qn_status bracket(const walk *way, double t0, double v0, double t1, doubl
         double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
         step = 0.5;
         if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
-            step = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb);
+            step = fa / (fb - fa) * fc / (fb - fc) +
+                   (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb);
         step = step < least ? least : step > 1 - least ? 1 - least : step == step ? step : 0.5;
     }
     *root_out = fabs(fa) < fabs(fb) ? a : b;
     return QN_OK;
 }
 
-/* The one change of sign: first to its piece by halving, so that a solid and its restriction to a box, whose bounds
- * may be narrower, walk the same way and find the same bits. */
+/* The one change of sign: first to its piece by halving, so that a solid and its restriction to a
+ * box, whose bounds may be narrower, walk the same way and find the same bits. */
 static qn_status single(const walk *way, const double ends[2], double *root_out) {
     int low = 0, high = PIECES;
     double v0 = ends[0], v1 = ends[1];
@@ -107,19 +111,21 @@ static qn_status describe(const walk *way, double t, bool enters, qni_crossing *
     return QN_OK;
 }
 
-/* Whether one sign at each end says everything: nothing is known between them, or f rises or falls throughout. */
+/* Whether one sign at each end says everything: nothing is known between them, or f rises or falls
+ * throughout. */
 static qn_status ends_say_all(const walk *way, bool *result_out) {
     double range[2];
     qni_box box = qni_segment_box(way->a, way->b);
     QN_TRY(way->solid->ops->bounds(way->solid, &box, range));
     *result_out = range[0] > 0 || range[1] < 0 || (isinf(range[0]) && isinf(range[1]));
-    if (!*result_out && way->solid->ops->slope && way->solid->ops->slope(way->solid, way->a, way->b, range))
+    if (!*result_out && way->solid->ops->slope &&
+        way->solid->ops->slope(way->solid, way->a, way->b, range))
         *result_out = range[0] > 0 || range[1] < 0;
     return QN_OK;
 }
 
-qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                             qni_crossing *crossings, int32_t *count_out) {
+qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                             int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     walk way = {.solid = solid, .a = a, .b = b};
     *count_out = 0;
     bool simple;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Hulls: points go to Qhull (its re-entrant library), planes and corners come back. Qhull takes its own memory while
- * it works and gives it back before the call ends. */
+/* Hulls: points go to Qhull (its re-entrant library), planes and corners come back. Qhull takes its
+ * own memory while it works and gives it back before the call ends. */
 #include "solid/hull.h"
 
 #include <stdio.h>
@@ -40,7 +40,8 @@ static bool is_flat(int dimension, const qni_points *points) {
         return true;
     double span[3][3], size = 0;
     int found = 0;
-    /* Directions from the first point: each new one is the farthest from those there are, made orthogonal. */
+    /* Directions from the first point: each new one is the farthest from those there are, made
+     * orthogonal. */
     for (; found < dimension; ++found) {
         double best[3] = {0, 0, 0}, most = 0;
         for (int64_t n = 1; n < points->count; ++n) {
@@ -86,8 +87,8 @@ static bool take(qhT *qh, qn_context *context, int dimension, bool *corner, qni_
     return true;
 }
 
-qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *points, bool *corner, qni_hull *hull,
-                        qn_error *error) {
+qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *points, bool *corner,
+                        qni_hull *hull, qn_error *error) {
     *hull = (qni_hull){0};
     if (corner)
         memset(corner, 0, (size_t)points->count * sizeof *corner);
@@ -95,7 +96,8 @@ qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *po
     if (hull->flat)
         return QN_OK;
     if (points->count > INT32_MAX / 8)
-        return qni_fail(error, QN_ERROR_INPUT, "a hull of %lld points: more than can be", (long long)points->count);
+        return qni_fail(error, QN_ERROR_INPUT, "a hull of %lld points: more than can be",
+                        (long long)points->count);
     coordT *packed = qni_alloc(context, points->count * dimension, sizeof *packed);
     FILE *nowhere = fopen("/dev/null", "w"); /* what Qhull has to say goes there */
     if (!packed || !nowhere) {
@@ -110,7 +112,8 @@ qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *po
     qhT qh_area, *qh = &qh_area;
     char options[] = "qhull Pp";
     qh_zero(qh, nowhere);
-    int failed = qh_new_qhull(qh, dimension, (int)points->count, packed, False, options, NULL, nowhere);
+    int failed =
+        qh_new_qhull(qh, dimension, (int)points->count, packed, False, options, NULL, nowhere);
     bool taken = failed || take(qh, context, dimension, corner, hull);
     int current, total;
     qh_freeqhull(qh, !qh_ALL);
@@ -118,17 +121,20 @@ qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *po
     fclose(nowhere);
     qni_free(context, packed, points->count * dimension, sizeof *packed);
     if (failed)
-        return qni_fail(error, QN_ERROR_INPUT, "the hull of %lld points fails (Qhull error %d): they are too "
-                        "nearly flat, or not finite", (long long)points->count, failed);
+        return qni_fail(error, QN_ERROR_INPUT,
+                        "the hull of %lld points fails (Qhull error %d): they are too "
+                        "nearly flat, or not finite",
+                        (long long)points->count, failed);
     return taken ? QN_OK : qni_fail_memory(error, "a hull");
 }
 
 #else
-qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *points, bool *corner, qni_hull *hull,
-                        qn_error *error) {
+qn_status qni_hull_make(qn_context *context, int dimension, const qni_points *points, bool *corner,
+                        qni_hull *hull, qn_error *error) {
     (void)context, (void)dimension, (void)points, (void)corner;
     *hull = (qni_hull){0};
-    return qni_fail(error, QN_ERROR_UNSUPPORTED,
-                    "hulls need the Qhull library: build with -Dqhull=enabled (Debian: libqhull-dev)");
+    return qni_fail(
+        error, QN_ERROR_UNSUPPORTED,
+        "hulls need the Qhull library: build with -Dqhull=enabled (Debian: libqhull-dev)");
 }
 #endif

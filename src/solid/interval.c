@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Interval arithmetic on the operations of tapes. Bounds are rounded outward by a few units in the last place, so that
- * they hold for the exact function and for its values in doubles. */
+/* Interval arithmetic on the operations of tapes. Bounds are rounded outward by a few units in the
+ * last place, so that they hold for the exact function and for its values in doubles. */
 #include "solid/tape.h"
 
 #include <math.h>
@@ -11,7 +11,8 @@ static const double pi = 3.14159265358979323846;
 static qni_interval widened(double low, double high, bool nan, double units) {
     double slack = units * QNI_EPSILON;
     return (qni_interval){low - (fabs(low) < QNI_INFINITY ? fabs(low) * slack + 5e-324 : 0),
-                          high + (fabs(high) < QNI_INFINITY ? fabs(high) * slack + 5e-324 : 0), nan};
+                          high + (fabs(high) < QNI_INFINITY ? fabs(high) * slack + 5e-324 : 0),
+                          nan};
 }
 
 static qni_interval everything(bool nan) {
@@ -163,33 +164,56 @@ static qni_interval larger(qni_interval a, qni_interval b) {
     return negated(smaller(negated(a), negated(b)));
 }
 
-qni_interval qni_interval_apply(const qni_tape_op *op, qni_interval a, qni_interval b, const qni_box *box) {
+qni_interval qni_interval_apply(const qni_tape_op *op, qni_interval a, qni_interval b,
+                                const qni_box *box) {
     int axis = op->code - QNI_TAPE_VAR_X;
     switch ((qni_tape_code)op->code) {
-    case QNI_TAPE_CONST: return exactly(op->value, op->value, false);
+    case QNI_TAPE_CONST:
+        return exactly(op->value, op->value, false);
     case QNI_TAPE_VAR_X:
     case QNI_TAPE_VAR_Y:
-    case QNI_TAPE_VAR_Z: return exactly(box->low[axis], box->high[axis], false);
-    case QNI_TAPE_NEG: return negated(a);
-    case QNI_TAPE_ABS: return absolute(a);
-    case QNI_TAPE_RECIP: return reciprocal(a);
-    case QNI_TAPE_SQUARE: return squared(a);
-    case QNI_TAPE_SQRT: return root(a);
-    case QNI_TAPE_SIN: return wave(a, sin, 0.5 * pi);
-    case QNI_TAPE_COS: return wave(a, cos, 0);
-    case QNI_TAPE_TAN: return tangent(a);
-    case QNI_TAPE_ASIN: return arc(a, false);
-    case QNI_TAPE_ACOS: return arc(a, true);
-    case QNI_TAPE_ATAN: return rising(atan(a.low), atan(a.high), a.nan);
-    case QNI_TAPE_EXP: return exponential(a);
-    case QNI_TAPE_LOG: return logarithm(a);
-    case QNI_TAPE_ADD: return add(a, b);
-    case QNI_TAPE_SUB: return add(a, negated(b));
-    case QNI_TAPE_MUL: return op->left == op->right ? squared(a) : multiplied(a, b);
-    case QNI_TAPE_DIV: return divided(a, b);
-    case QNI_TAPE_MIN: return smaller(a, b);
-    case QNI_TAPE_MAX: return larger(a, b);
-    case QNI_TAPE_CODES: break;
+    case QNI_TAPE_VAR_Z:
+        return exactly(box->low[axis], box->high[axis], false);
+    case QNI_TAPE_NEG:
+        return negated(a);
+    case QNI_TAPE_ABS:
+        return absolute(a);
+    case QNI_TAPE_RECIP:
+        return reciprocal(a);
+    case QNI_TAPE_SQUARE:
+        return squared(a);
+    case QNI_TAPE_SQRT:
+        return root(a);
+    case QNI_TAPE_SIN:
+        return wave(a, sin, 0.5 * pi);
+    case QNI_TAPE_COS:
+        return wave(a, cos, 0);
+    case QNI_TAPE_TAN:
+        return tangent(a);
+    case QNI_TAPE_ASIN:
+        return arc(a, false);
+    case QNI_TAPE_ACOS:
+        return arc(a, true);
+    case QNI_TAPE_ATAN:
+        return rising(atan(a.low), atan(a.high), a.nan);
+    case QNI_TAPE_EXP:
+        return exponential(a);
+    case QNI_TAPE_LOG:
+        return logarithm(a);
+    case QNI_TAPE_ADD:
+        return add(a, b);
+    case QNI_TAPE_SUB:
+        return add(a, negated(b));
+    case QNI_TAPE_MUL:
+        return op->left == op->right ? squared(a) : multiplied(a, b);
+    case QNI_TAPE_DIV:
+        return divided(a, b);
+    case QNI_TAPE_MIN:
+        return smaller(a, b);
+    case QNI_TAPE_MAX:
+        return larger(a, b);
+    case QNI_TAPE_CODES:
+        break;
     }
     return everything(true);
 }
@@ -206,24 +230,39 @@ static qni_interval scaled(qni_interval a, double factor) {
 static qni_interval derivative(const qni_tape_op *op, qni_interval a, qni_interval f) {
     const qni_interval one = {1, 1, false};
     switch ((qni_tape_code)op->code) {
-    case QNI_TAPE_NEG: return exactly(-1, -1, false);
-    case QNI_TAPE_ABS: return exactly(a.low >= 0 ? 1 : -1, a.high < 0 ? -1 : 1, false);
-    case QNI_TAPE_RECIP: return negated(squared(f));
-    case QNI_TAPE_SQUARE: return scaled(a, 2);
-    case QNI_TAPE_SQRT: return scaled(reciprocal(f), 0.5);
-    case QNI_TAPE_SIN: return wave(a, cos, 0);
-    case QNI_TAPE_COS: return negated(wave(a, sin, 0.5 * pi));
-    case QNI_TAPE_TAN: return add(one, squared(f));
-    case QNI_TAPE_ASIN: return reciprocal(root(add(one, negated(squared(a)))));
-    case QNI_TAPE_ACOS: return negated(reciprocal(root(add(one, negated(squared(a))))));
-    case QNI_TAPE_ATAN: return reciprocal(add(one, squared(a)));
-    case QNI_TAPE_EXP: return f;
-    case QNI_TAPE_LOG: return reciprocal(a);
-    default: return everything(true);
+    case QNI_TAPE_NEG:
+        return exactly(-1, -1, false);
+    case QNI_TAPE_ABS:
+        return exactly(a.low >= 0 ? 1 : -1, a.high < 0 ? -1 : 1, false);
+    case QNI_TAPE_RECIP:
+        return negated(squared(f));
+    case QNI_TAPE_SQUARE:
+        return scaled(a, 2);
+    case QNI_TAPE_SQRT:
+        return scaled(reciprocal(f), 0.5);
+    case QNI_TAPE_SIN:
+        return wave(a, cos, 0);
+    case QNI_TAPE_COS:
+        return negated(wave(a, sin, 0.5 * pi));
+    case QNI_TAPE_TAN:
+        return add(one, squared(f));
+    case QNI_TAPE_ASIN:
+        return reciprocal(root(add(one, negated(squared(a)))));
+    case QNI_TAPE_ACOS:
+        return negated(reciprocal(root(add(one, negated(squared(a))))));
+    case QNI_TAPE_ATAN:
+        return reciprocal(add(one, squared(a)));
+    case QNI_TAPE_EXP:
+        return f;
+    case QNI_TAPE_LOG:
+        return reciprocal(a);
+    default:
+        return everything(true);
     }
 }
 
-/* The slope of min or max: that of the one operand that is taken, or of both where either may be. */
+/* The slope of min or max: that of the one operand that is taken, or of both where either may be.
+ */
 static qni_interval chosen(const qni_tape_op *op, qni_slope a, qni_slope b) {
     bool minimum = op->code == QNI_TAPE_MIN;
     if (a.value.nan || b.value.nan)
@@ -240,12 +279,19 @@ qni_slope qni_slope_apply(const qni_tape_op *op, qni_slope a, qni_slope b, const
     qni_slope f = {qni_interval_apply(op, a.value, b.value, box), {0, 0, false}};
     int axis = op->code - QNI_TAPE_VAR_X;
     switch ((qni_tape_code)op->code) {
-    case QNI_TAPE_CONST: break;
+    case QNI_TAPE_CONST:
+        break;
     case QNI_TAPE_VAR_X:
     case QNI_TAPE_VAR_Y:
-    case QNI_TAPE_VAR_Z: f.slope = exactly(direction[axis], direction[axis], false); break;
-    case QNI_TAPE_ADD: f.slope = add(a.slope, b.slope); break;
-    case QNI_TAPE_SUB: f.slope = add(a.slope, negated(b.slope)); break;
+    case QNI_TAPE_VAR_Z:
+        f.slope = exactly(direction[axis], direction[axis], false);
+        break;
+    case QNI_TAPE_ADD:
+        f.slope = add(a.slope, b.slope);
+        break;
+    case QNI_TAPE_SUB:
+        f.slope = add(a.slope, negated(b.slope));
+        break;
     case QNI_TAPE_MUL:
         f.slope = add(multiplied(a.value, b.slope), multiplied(a.slope, b.value));
         break;
@@ -253,8 +299,12 @@ qni_slope qni_slope_apply(const qni_tape_op *op, qni_slope a, qni_slope b, const
         f.slope = divided(add(a.slope, negated(multiplied(f.value, b.slope))), b.value);
         break;
     case QNI_TAPE_MIN:
-    case QNI_TAPE_MAX: f.slope = chosen(op, a, b); break;
-    default: f.slope = multiplied(derivative(op, a.value, f.value), a.slope); break;
+    case QNI_TAPE_MAX:
+        f.slope = chosen(op, a, b);
+        break;
+    default:
+        f.slope = multiplied(derivative(op, a.value, f.value), a.slope);
+        break;
     }
     return f;
 }

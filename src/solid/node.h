@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* What all kinds of solids share: making and keeping nodes, ties at zero, crossings found and combined. */
+/* What all kinds of solids share: making and keeping nodes, ties at zero, crossings found and
+ * combined. */
 #ifndef QNI_SOLID_NODE_H
 #define QNI_SOLID_NODE_H
 
@@ -15,13 +16,15 @@ enum { QNI_SOLID_MAX_DEPTH = 200 };
 enum { QNI_SOLID_BLOCK = 128 };
 /* Crossings of one segment that are told apart. */
 enum { QNI_CROSSINGS = 64 };
-/* Stands for a value of exactly 0 where the side must be definite. Points on a plane belong to the side that the point
- * moved by (e, e^2, e^3), e > 0, would be on. So two solids that touch in a face leave no gap between them. */
-#define QNI_TIE 1e-300
+/* Stands for a value of exactly 0 where the side must be definite. Points on a plane belong to the
+ * side that the point moved by (e, e^2, e^3), e > 0, would be on. So two solids that touch in a
+ * face leave no gap between them. */
+#define QNI_TIE      1e-300
 #define QNI_INFINITY ((double)INFINITY)
-#define QNI_EPSILON 2.220446049250313e-16
+#define QNI_EPSILON  2.220446049250313e-16
 
-/* A cleared node with one reference, or NULL. `size` is that of the whole structure, which begins with a qn_solid. */
+/* A cleared node with one reference, or NULL. `size` is that of the whole structure, which begins
+ * with a qn_solid. */
 qn_solid *qni_solid_new(qn_context *context, size_t size, const qni_solid_ops *ops);
 void qni_solid_free(qn_solid *solid, size_t size);
 

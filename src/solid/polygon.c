@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: MIT
-/* Prisms without ends over any polygon in x and y: several contours, inside by the even-odd rule. The value is the
- * distance to the nearest edge. A box keeps the edges that can be nearest in it, and of the others, for the even-odd rule,
- * those that a ray from the box can meet; edges that every such ray meets are counted once for all. */
+/* Prisms without ends over any polygon in x and y: several contours, inside by the even-odd rule.
+ * The value is the distance to the nearest edge. A box keeps the edges that can be nearest in it,
+ * and of the others, for the even-odd rule, those that a ray from the box can meet; edges that
+ * every such ray meets are counted once for all. */
 #include "solid/polynomial.h"
 #include "solid/primitives.h"
 
 #include <string.h>
 
-/* From the lower end to the upper one, so that both polygons at a shared edge compute the same bits. */
+/* From the lower end to the upper one, so that both polygons at a shared edge compute the same
+ * bits. */
 typedef struct edge {
     double x0, y0, x1, y1;
 } edge;
 
 typedef struct polygon {
     qn_solid base;
-    edge *edges;     /* `near` edges for distances, then `across` edges for the even-odd rule */
+    edge *edges; /* `near` edges for distances, then `across` edges for the even-odd rule */
     int64_t near, across;
-    bool odd;        /* rays begin with this many crossings, modulo 2 */
+    bool odd; /* rays begin with this many crossings, modulo 2 */
 } polygon;
 
 static int64_t room(const polygon *p) {
@@ -39,9 +41,11 @@ static inline double square_to(const edge *e, double x, double y, double offset[
     return offset[0] * offset[0] + offset[1] * offset[1];
 }
 
-/* Whether the ray from (x, y) along +x meets the edge: a point on an edge counts as moved a little along +x, then +y. */
+/* Whether the ray from (x, y) along +x meets the edge: a point on an edge counts as moved a little
+ * along +x, then +y. */
 static inline bool meets(const edge *e, double x, double y) {
-    return (e->y0 > y) != (e->y1 > y) && x < e->x0 + (y - e->y0) * (e->x1 - e->x0) / (e->y1 - e->y0);
+    return (e->y0 > y) != (e->y1 > y) &&
+           x < e->x0 + (y - e->y0) * (e->x1 - e->x0) / (e->y1 - e->y0);
 }
 
 static double value_at(const polygon *p, double x, double y) {
@@ -58,7 +62,8 @@ static double value_at(const polygon *p, double x, double y) {
     return inside ? -distance : distance;
 }
 
-static qn_status polygon_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status polygon_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                double *values) {
     for (int64_t n = 0; n < count; ++n)
         values[n] = value_at((const polygon *)solid, points[n][0], points[n][1]);
     return QN_OK;
@@ -106,14 +111,16 @@ static qn_status polygon_gradients(const qn_solid *solid, int64_t count, const d
     return QN_OK;
 }
 
-/* The value in the middle of the box, and how far it can change: distances change by as much as one moves. */
+/* The value in the middle of the box, and how far it can change: distances change by as much as one
+ * moves. */
 static double middle_of(const polygon *p, const qni_box *box, double centre[2], double *reach_out) {
     double half[2];
     for (int k = 0; k < 2; ++k) {
         centre[k] = 0.5 * (box->low[k] + box->high[k]);
         half[k] = fmax(box->high[k] - centre[k], centre[k] - box->low[k]);
     }
-    double value = value_at(p, centre[0], centre[1]), reach = sqrt(half[0] * half[0] + half[1] * half[1]);
+    double value = value_at(p, centre[0], centre[1]),
+           reach = sqrt(half[0] * half[0] + half[1] * half[1]);
     double size = fabs(value) + reach + fabs(centre[0]) + fabs(centre[1]);
     *reach_out = reach + 32 * QNI_EPSILON * size + QNI_TIE;
     return value;
@@ -132,7 +139,8 @@ static int places_of(const polygon *p, const double a[3], const double b[3], dou
     int count = 0;
     for (int64_t n = 0; n < p->near; ++n) {
         const edge *e = &p->edges[n];
-        /* An end on the line belongs to one side: edges that meet there are passed together or not at all. */
+        /* An end on the line belongs to one side: edges that meet there are passed together or not
+         * at all. */
         bool left0 = dx * (e->y0 - a[1]) - dy * (e->x0 - a[0]) >= 0;
         bool left1 = dx * (e->y1 - a[1]) - dy * (e->x1 - a[0]) >= 0;
         double ex = e->x1 - e->x0, ey = e->y1 - e->y0, slant = dx * ey - dy * ex;
@@ -149,8 +157,8 @@ static int places_of(const polygon *p, const double a[3], const double b[3], dou
     return count;
 }
 
-static qn_status polygon_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                   qni_crossing *crossings, int32_t *count_out) {
+static qn_status polygon_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                   int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const polygon *p = (const polygon *)solid;
     double places[QNI_CROSSINGS + 1];
     bool inside = value_at(p, a[0], a[1]) < 0;
@@ -249,7 +257,8 @@ qn_solid *qni_polygon_create(qn_context *context, const qn_outline *outline, int
     polygon *p = create(context, total, total);
     if (!p)
         return NULL;
-    qni_box box = {{QNI_INFINITY, QNI_INFINITY, -QNI_INFINITY}, {-QNI_INFINITY, -QNI_INFINITY, QNI_INFINITY}};
+    qni_box box = {{QNI_INFINITY, QNI_INFINITY, -QNI_INFINITY},
+                   {-QNI_INFINITY, -QNI_INFINITY, QNI_INFINITY}};
     int64_t used = 0, first = 0;
     for (int64_t c = 0; c < outline->contour_count; first += outline->contour_sizes[c++])
         for (int64_t n = 0; n < outline->contour_sizes[c]; ++n) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* Polyhedra from points and faces. Convex ones become polytopes. Others keep their triangles: the value is the distance
- * to the nearest one, inside by the parity of a ray along +x, whatever way round the faces are given; a box keeps
- * the triangles that can be nearest in it, and those that rays from it can meet. */
+/* Polyhedra from points and faces. Convex ones become polytopes. Others keep their triangles: the
+ * value is the distance to the nearest one, inside by the parity of a ray along +x, whatever way
+ * round the faces are given; a box keeps the triangles that can be nearest in it, and those that
+ * rays from it can meet. */
 #include "solid/polyhedron.h"
 
 #include <stdlib.h>
@@ -45,7 +46,8 @@ static void cross(const double u[3], const double v[3], double out[3]) {
     out[2] = u[0] * v[1] - u[1] * v[0];
 }
 
-static double square_to_edge(const double a[3], const double b[3], const double p[3], double offset[3]) {
+static double square_to_edge(const double a[3], const double b[3], const double p[3],
+                             double offset[3]) {
     double along[3], from[3];
     subtract(b, a, along);
     subtract(p, a, from);
@@ -56,7 +58,8 @@ static double square_to_edge(const double a[3], const double b[3], const double 
     return dot(offset, offset);
 }
 
-/* The squared distance to a triangle and the offset from its nearest point: in its plane when the foot lies within. */
+/* The squared distance to a triangle and the offset from its nearest point: in its plane when the
+ * foot lies within. */
 static double square_to(const triangle *t, const double p[3], double offset[3]) {
     double from[3], edge[3], side[3], best[3] = {0, 0, 0}, least = QNI_INFINITY;
     bool within = true;
@@ -85,11 +88,13 @@ static double square_to(const triangle *t, const double p[3], double offset[3]) 
     return least;
 }
 
-/* Whether the edge's shadow on the y-z plane passes above (y, z) in y; the lower end in z first, for equal bits. */
+/* Whether the edge's shadow on the y-z plane passes above (y, z) in y; the lower end in z first,
+ * for equal bits. */
 static bool edge_above(const double *a, const double *b, double y, double z) {
     bool up = a[2] < b[2] || (a[2] == b[2] && a[1] < b[1]);
     const double *low = up ? a : b, *high = up ? b : a;
-    return (low[2] > z) != (high[2] > z) && y < low[1] + (z - low[2]) * (high[1] - low[1]) / (high[2] - low[2]);
+    return (low[2] > z) != (high[2] > z) &&
+           y < low[1] + (z - low[2]) * (high[1] - low[1]) / (high[2] - low[2]);
 }
 
 /* Whether the ray from p along +x meets the triangle. */
@@ -118,7 +123,8 @@ static double value_at(const polyhedron *p, const double at[3]) {
     return inside ? -distance : distance;
 }
 
-static qn_status polyhedron_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status polyhedron_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                   double *values) {
     for (int64_t n = 0; n < count; ++n)
         values[n] = value_at((const polyhedron *)solid, points[n]);
     return QN_OK;
@@ -126,7 +132,8 @@ static qn_status polyhedron_values(const qn_solid *solid, int64_t count, const d
 
 /* Away from the nearest point; on the surface across the triangle, to the side that is outside. */
 static void gradient_at(const polyhedron *p, const double at[3], double gradient[3]) {
-    double least = QNI_INFINITY, offset[3] = {0, 0, 0}, size = fabs(at[0]) + fabs(at[1]) + fabs(at[2]);
+    double least = QNI_INFINITY, offset[3] = {0, 0, 0},
+           size = fabs(at[0]) + fabs(at[1]) + fabs(at[2]);
     const triangle *nearest = &p->triangles[0];
     for (int64_t n = 0; n < p->near; ++n) {
         double each[3], square = square_to(&p->triangles[n], at, each);
@@ -147,8 +154,9 @@ static void gradient_at(const polyhedron *p, const double at[3], double gradient
     qni_unit(sqrt(least) <= step * 1e-3 ? across : offset, across, gradient);
 }
 
-static qn_status polyhedron_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
-                                      double (*gradients)[3], int32_t *owners) {
+static qn_status polyhedron_gradients(const qn_solid *solid, int64_t count,
+                                      const double (*points)[3], double (*gradients)[3],
+                                      int32_t *owners) {
     for (int64_t n = 0; gradients && n < count; ++n)
         gradient_at((const polyhedron *)solid, points[n], gradients[n]);
     for (int64_t n = 0; owners && n < count; ++n)
@@ -156,8 +164,10 @@ static qn_status polyhedron_gradients(const qn_solid *solid, int64_t count, cons
     return QN_OK;
 }
 
-/* The value in the middle of the box, and how far it can change: distances change by as much as one moves. */
-static double middle_of(const polyhedron *p, const qni_box *box, double centre[3], double *reach_out) {
+/* The value in the middle of the box, and how far it can change: distances change by as much as one
+ * moves. */
+static double middle_of(const polyhedron *p, const qni_box *box, double centre[3],
+                        double *reach_out) {
     double squares = 0, size = 0;
     for (int k = 0; k < 3; ++k) {
         centre[k] = 0.5 * (box->low[k] + box->high[k]);
@@ -178,7 +188,8 @@ static qn_status polyhedron_bounds(const qn_solid *solid, const qni_box *box, do
 }
 
 /* Where the line passes through the triangle, as a place on the segment. */
-static bool line_meets(const triangle *t, const double a[3], const double along[3], double *place_out) {
+static bool line_meets(const triangle *t, const double a[3], const double along[3],
+                       double *place_out) {
     bool left[3];
     for (int k = 0; k < 3; ++k) {
         /* Each edge from its smaller end, so that both triangles at it decide alike. */
@@ -198,7 +209,8 @@ static bool line_meets(const triangle *t, const double a[3], const double along[
     return *place_out > -1e-3 && *place_out < 1.001;
 }
 
-static const triangle *triangle_at(const polyhedron *p, const double a[3], const double b[3], double place) {
+static const triangle *triangle_at(const polyhedron *p, const double a[3], const double b[3],
+                                   double place) {
     const triangle *best = &p->triangles[0];
     double point[3], least = QNI_INFINITY, offset[3];
     for (int k = 0; k < 3; ++k)
@@ -213,8 +225,9 @@ static const triangle *triangle_at(const polyhedron *p, const double a[3], const
     return best;
 }
 
-static qn_status polyhedron_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                      qni_crossing *crossings, int32_t *count_out) {
+static qn_status polyhedron_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                      int32_t capacity, qni_crossing *crossings,
+                                      int32_t *count_out) {
     const polyhedron *p = (const polyhedron *)solid;
     double places[QNI_CROSSINGS + 1], along[3];
     int count = 0;
@@ -256,7 +269,8 @@ static bool may_meet(const triangle *t, const qni_box *box) {
 
 static polyhedron *create(qn_context *context, int64_t near, int64_t across);
 
-static qn_status polyhedron_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
+static qn_status polyhedron_restrict(const qn_solid *solid, const qni_box *box,
+                                     qn_solid **solid_out) {
     const polyhedron *p = (const polyhedron *)solid;
     double centre[3], reach, value = middle_of(p, box, centre, &reach), offset[3];
     double most = (fabs(value) + 2 * reach) * (1 + 1e-12);
@@ -320,7 +334,8 @@ static bool set_triangle(triangle *t, const double (*points)[3], const int64_t c
 }
 
 static qni_box box_of(int64_t count, const double (*points)[3]) {
-    qni_box box = {{QNI_INFINITY, QNI_INFINITY, QNI_INFINITY}, {-QNI_INFINITY, -QNI_INFINITY, -QNI_INFINITY}};
+    qni_box box = {{QNI_INFINITY, QNI_INFINITY, QNI_INFINITY},
+                   {-QNI_INFINITY, -QNI_INFINITY, -QNI_INFINITY}};
     for (int64_t n = 0; n < count; ++n)
         for (int k = 0; k < 3; ++k) {
             box.low[k] = fmin(box.low[k], points[n][k]);
@@ -329,9 +344,10 @@ static qni_box box_of(int64_t count, const double (*points)[3]) {
     return box;
 }
 
-/* The planes of the triangles when all points lie on one side of each, coplanar ones once; 0 planes otherwise. */
-static int64_t convex_planes(const triangle *triangles, int64_t count, int64_t point_count, const double (*points)[3],
-                             double (*planes)[4]) {
+/* The planes of the triangles when all points lie on one side of each, coplanar ones once; 0 planes
+ * otherwise. */
+static int64_t convex_planes(const triangle *triangles, int64_t count, int64_t point_count,
+                             const double (*points)[3], double (*planes)[4]) {
     int64_t used = 0;
     for (int64_t n = 0; n < count; ++n) {
         const triangle *t = &triangles[n];
@@ -347,7 +363,8 @@ static int64_t convex_planes(const triangle *triangles, int64_t count, int64_t p
             return 0;
         bool known = false;
         for (int64_t i = 0; i < used && !known; ++i)
-            known = sign * dot(t->normal, planes[i]) > 1 - 1e-12 && fabs(planes[i][3] - sign * distance) <= 1e-12 * size;
+            known = sign * dot(t->normal, planes[i]) > 1 - 1e-12 &&
+                    fabs(planes[i][3] - sign * distance) <= 1e-12 * size;
         if (known)
             continue;
         for (int k = 0; k < 3; ++k)
@@ -361,7 +378,8 @@ static int compare_edges(const void *a, const void *b) {
     return memcmp(a, b, 2 * sizeof(int64_t));
 }
 
-bool qni_triangles_are_closed(qn_context *context, int64_t count, const int64_t (*corners)[3], bool *closed_out) {
+bool qni_triangles_are_closed(qn_context *context, int64_t count, const int64_t (*corners)[3],
+                              bool *closed_out) {
     int64_t(*edges)[2] = qni_alloc(context, 3 * count, sizeof *edges);
     if (!edges)
         return false;
@@ -378,8 +396,8 @@ bool qni_triangles_are_closed(qn_context *context, int64_t count, const int64_t 
     return true;
 }
 
-qn_solid *qni_polyhedron_create(qn_context *context, int64_t point_count, const double (*points)[3], int64_t count,
-                                const int64_t (*corners)[3], int32_t owner) {
+qn_solid *qni_polyhedron_create(qn_context *context, int64_t point_count, const double (*points)[3],
+                                int64_t count, const int64_t (*corners)[3], int32_t owner) {
     polyhedron *p = create(context, count, count);
     double(*planes)[4] = qni_alloc(context, count, sizeof *planes);
     qn_solid *solid = NULL;
@@ -387,7 +405,8 @@ qn_solid *qni_polyhedron_create(qn_context *context, int64_t point_count, const 
     qni_box box = box_of(point_count, points);
     for (int64_t n = 0; p && planes && n < count; ++n)
         used += set_triangle(&p->triangles[used], points, corners[n]);
-    int64_t plane_count = p && planes ? convex_planes(p->triangles, used, point_count, points, planes) : 0;
+    int64_t plane_count =
+        p && planes ? convex_planes(p->triangles, used, point_count, points, planes) : 0;
     if (p && planes && (used < 4 || qni_box_is_nothing(&box)))
         solid = qni_empty_create(context);
     else if (plane_count > 0)

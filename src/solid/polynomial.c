@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Roots by way of the derivative's roots: between two of them a polynomial rises or falls, and halving cannot fail. */
+/* Roots by way of the derivative's roots: between two of them a polynomial rises or falls, and
+ * halving cannot fail. */
 #include "solid/polynomial.h"
 
 #include <math.h>
@@ -12,7 +13,8 @@ static double at(int degree, const double *c, double t) {
 }
 
 /* Newton's steps kept within the bracket. */
-static double root_between(int degree, const double *c, const double *slope, double low, double high) {
+static double root_between(int degree, const double *c, const double *slope, double low,
+                           double high) {
     bool rises = at(degree, c, low) < at(degree, c, high);
     double t = 0.5 * (low + high);
     for (int i = 0; i < 200; ++i) {
@@ -52,11 +54,14 @@ static double clamped(double t) {
     return t < 0 ? 0 : t > 1 ? 1 : t;
 }
 
-/* What can mend a wrong parity: dropping the crossing nearest to an end within, or taking the one just beyond it. */
+/* What can mend a wrong parity: dropping the crossing nearest to an end within, or taking the one
+ * just beyond it. */
 static void mend(const double *places, int count, int *first, int *last) {
     bool some = *first < *last;
-    double cost[4] = {some ? places[*first] : QNI_INFINITY, some ? 1 - places[*last - 1] : QNI_INFINITY,
-                      *first > 0 ? -places[*first - 1] : QNI_INFINITY, *last < count ? places[*last] - 1 : QNI_INFINITY};
+    double cost[4] = {some ? places[*first] : QNI_INFINITY,
+                      some ? 1 - places[*last - 1] : QNI_INFINITY,
+                      *first > 0 ? -places[*first - 1] : QNI_INFINITY,
+                      *last < count ? places[*last] - 1 : QNI_INFINITY};
     int best = 0;
     for (int i = 1; i < 4; ++i)
         best = cost[i] < cost[best] ? i : best;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Convex polytopes: intersections of half-spaces. Cubes, facetted spheres and cylinders, hulls. The value is the largest
- * of the distances to the planes, so edges and corners are sharp, and crossings are exact: one division each. */
+/* Convex polytopes: intersections of half-spaces. Cubes, facetted spheres and cylinders, hulls. The
+ * value is the largest of the distances to the planes, so edges and corners are sharp, and
+ * crossings are exact: one division each. */
 #include "solid/primitives.h"
 
 #include <math.h>
@@ -12,7 +13,8 @@ typedef struct polytope {
     qn_solid base;
     plane *planes;
     int64_t count;
-    /* Balls about one point that lie in the polytope and round it; a radius of 0 within: not known. */
+    /* Balls about one point that lie in the polytope and round it; a radius of 0 within: not known.
+     */
     double centre[3], inner, outer;
 } polytope;
 
@@ -27,7 +29,8 @@ static inline double plane_value(const plane *s, double x, double y, double z) {
     return value == 0 ? s->tie : value;
 }
 
-static qn_status polytope_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status polytope_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                 double *values) {
     const polytope *p = (const polytope *)solid;
     double x[QNI_SOLID_BLOCK], y[QNI_SOLID_BLOCK], z[QNI_SOLID_BLOCK];
     for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
@@ -94,8 +97,9 @@ static void exact_bounds(const polytope *p, const qni_box *box, double range[2])
     }
 }
 
-/* Bounds far away without a look at the planes, for trees of many parts. f is convex, -inner at the centre c at most and 0
- * within `outer` of it, so it grows by inner / outer at least; and by 1 at most, as the normals are of unit length. */
+/* Bounds far away without a look at the planes, for trees of many parts. f is convex, -inner at the
+ * centre c at most and 0 within `outer` of it, so it grows by inner / outer at least; and by 1 at
+ * most, as the normals are of unit length. */
 static bool far_bounds(const polytope *p, const qni_box *box, double range[2]) {
     double nearest = 0, farthest = 0;
     if (!(p->inner > 0))
@@ -108,7 +112,8 @@ static bool far_bounds(const polytope *p, const qni_box *box, double range[2]) {
     }
     if (!(nearest > 4 * p->outer * p->outer))
         return false;
-    double slack = 1e-12 * (fabs(p->centre[0]) + fabs(p->centre[1]) + fabs(p->centre[2]) + sqrt(farthest));
+    double slack =
+        1e-12 * (fabs(p->centre[0]) + fabs(p->centre[1]) + fabs(p->centre[2]) + sqrt(farthest));
     range[0] = p->inner * (sqrt(nearest) / p->outer - 1) * (1 - 1e-12) - slack;
     range[1] = sqrt(farthest) + slack;
     return true;
@@ -121,14 +126,16 @@ static qn_status polytope_bounds(const qn_solid *solid, const qni_box *box, doub
     return QN_OK;
 }
 
-static void describe(const plane *s, double at, bool enters, int32_t owner, qni_crossing *crossing) {
+static void describe(const plane *s, double at, bool enters, int32_t owner,
+                     qni_crossing *crossing) {
     *crossing = (qni_crossing){.at = at, .owner = owner, .enters = enters};
     memcpy(crossing->normal, s->normal, sizeof s->normal);
 }
 
-/* The segment is clipped by the planes: it enters through the last plane it comes in by and leaves by the first one. */
-static qn_status polytope_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                    qni_crossing *crossings, int32_t *count_out) {
+/* The segment is clipped by the planes: it enters through the last plane it comes in by and leaves
+ * by the first one. */
+static qn_status polytope_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                    int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const polytope *p = (const polytope *)solid;
     const plane *way_in = NULL, *way_out = NULL;
     double enter = -1, leave = 2;
@@ -161,10 +168,12 @@ static qn_status polytope_crossings(const qn_solid *solid, const double a[3], co
     return QN_OK;
 }
 
-static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner, polytope **out);
+static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner,
+                        polytope **out);
 
 /* A plane that is below another one all over the box is never the active one there. */
-static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
+static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box,
+                                   qn_solid **solid_out) {
     const polytope *p = (const polytope *)solid;
     double range[2], each[2];
     int64_t kept = 0;
@@ -179,7 +188,8 @@ static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box, qn
     *solid_out = create(solid->context, kept, &solid->box, solid->owner, &smaller);
     if (!*solid_out)
         return QN_ERROR_OUT_OF_MEMORY;
-    memcpy(smaller->centre, p->centre, sizeof p->centre); /* they hold for f, which is the same in the box */
+    memcpy(smaller->centre, p->centre,
+           sizeof p->centre); /* they hold for f, which is the same in the box */
     smaller->inner = p->inner;
     smaller->outer = p->outer;
     kept = 0;
@@ -200,7 +210,8 @@ static const qni_solid_ops polytope_ops = {
     .restrict_to = polytope_restrict,
 };
 
-static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner, polytope **out) {
+static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner,
+                        polytope **out) {
     polytope *p = (polytope *)qni_solid_new(context, sizeof *p, &polytope_ops);
     if (!p)
         return NULL;
@@ -225,7 +236,7 @@ static void find_balls(polytope *p) {
         p->centre[k] = p->base.box.low[k] + half;
         squares += half * half;
     }
-    polytope_values(&p->base, 1, (const double(*)[3])&p->centre, &value);
+    polytope_values(&p->base, 1, (const double(*)[3]) & p->centre, &value);
     p->outer = sqrt(squares) * (1 + 1e-12);
     p->inner = value < -1e-6 * p->outer ? -value : 0;
 }
@@ -238,8 +249,8 @@ static double tie_of(const double normal[3]) {
     return QNI_TIE;
 }
 
-qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (*planes)[4], const qni_box *box,
-                              int32_t owner) {
+qn_solid *qni_polytope_create(qn_context *context, int64_t count, const double (*planes)[4],
+                              const qni_box *box, int32_t owner) {
     polytope *p;
     qn_solid *solid = create(context, count, box, owner, &p);
     if (!solid)
@@ -264,8 +275,9 @@ const qni_plane *qni_polytope_planes(const qn_solid *solid, int64_t *count_out) 
     return ((const polytope *)solid)->planes;
 }
 
-qn_solid *qni_polytope_transformed(qn_context *context, const qn_solid *part, const double inverse[3][4],
-                                   const double forward[3][4], bool *done_out) {
+qn_solid *qni_polytope_transformed(qn_context *context, const qn_solid *part,
+                                   const double inverse[3][4], const double forward[3][4],
+                                   bool *done_out) {
     const polytope *p = (const polytope *)part;
     *done_out = part->ops == &polytope_ops;
     if (!*done_out)
@@ -277,11 +289,13 @@ qn_solid *qni_polytope_transformed(qn_context *context, const qn_solid *part, co
         /* n . (M p + m) < d: the normal is multiplied from the left, m goes to the other side. */
         const double *normal = p->planes[n].normal;
         for (int k = 0; k < 4; ++k)
-            planes[n][k] = normal[0] * inverse[0][k] + normal[1] * inverse[1][k] + normal[2] * inverse[2][k];
+            planes[n][k] =
+                normal[0] * inverse[0][k] + normal[1] * inverse[1][k] + normal[2] * inverse[2][k];
         planes[n][3] = p->planes[n].distance - planes[n][3];
     }
     qni_box box = qni_box_image(forward, &part->box);
-    qn_solid *solid = qni_polytope_create(context, p->count, (const double(*)[4])planes, &box, part->owner);
+    qn_solid *solid =
+        qni_polytope_create(context, p->count, (const double(*)[4])planes, &box, part->owner);
     qni_free(context, planes, p->count, sizeof *planes);
     return solid;
 }

@@ -21,16 +21,19 @@ static qn_status region_of(const qn_solid_read_options *options, qni_box *region
     for (int k = 0; given && k < 3; ++k) {
         region->low[k] = options->low[k];
         region->high[k] = options->high[k];
-        if (!isfinite(region->low[k]) || !isfinite(region->high[k]) || !(region->low[k] < region->high[k]))
+        if (!isfinite(region->low[k]) || !isfinite(region->high[k]) ||
+            !(region->low[k] < region->high[k]))
             return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                            "the region runs from %g to %g along axis %d: low must be below high, and both finite",
+                            "the region runs from %g to %g along axis %d: low must be below high, "
+                            "and both finite",
                             region->low[k], region->high[k], k);
     }
     return QN_OK;
 }
 
 qn_status qn_solid_read_text(qn_context *context, const char *name, const char *bytes, int64_t size,
-                             const qn_solid_read_options *options, qn_solid **solid_out, qn_error *error) {
+                             const qn_solid_read_options *options, qn_solid **solid_out,
+                             qn_error *error) {
     *solid_out = NULL;
     QNI_CHECK_OPTIONS(options, "qn_solid_read_options_init", error);
     qni_box region;
@@ -39,13 +42,16 @@ qn_status qn_solid_read_text(qn_context *context, const char *name, const char *
     if (ends_with(name, ".vm"))
         return qni_read_vm(context, &text, &region, solid_out, error);
     if (ends_with(name, ".csg"))
-        return qni_read_csg(context, &text, options && options->smooth_primitives, solid_out, error);
-    return qni_fail(error, QN_ERROR_UNSUPPORTED, "'%s': the ending names no format of solids; known are .vm and .csg%s",
-                    name, ends_with(name, ".scad") ? " (openscad -o MODEL.csg MODEL.scad writes one)" : "");
+        return qni_read_csg(context, &text, options && options->smooth_primitives, solid_out,
+                            error);
+    return qni_fail(error, QN_ERROR_UNSUPPORTED,
+                    "'%s': the ending names no format of solids; known are .vm and .csg%s", name,
+                    ends_with(name, ".scad") ? " (openscad -o MODEL.csg MODEL.scad writes one)"
+                                             : "");
 }
 
-static qn_status read_all(qn_context *context, FILE *file, const char *path, char **bytes_out, int64_t *size_out,
-                          qn_error *error) {
+static qn_status read_all(qn_context *context, FILE *file, const char *path, char **bytes_out,
+                          int64_t *size_out, qn_error *error) {
     int64_t room = 1 << 16, size = 0;
     char *bytes = qni_alloc(context, room, 1);
     while (bytes) {

@@ -6,8 +6,8 @@
 #include "solid/text.h"
 
 /* One operation a line: NAME OPERATION OPERANDS; the last one is the solid's function. */
-qn_status qni_read_vm(qn_context *context, const qni_text *text, const qni_box *region, qn_solid **solid_out,
-                      qn_error *error);
+qn_status qni_read_vm(qn_context *context, const qni_text *text, const qni_box *region,
+                      qn_solid **solid_out, qn_error *error);
 /* OpenSCAD's flattened CSG trees. */
 qn_status qni_read_csg(qn_context *context, const qni_text *text, bool smooth, qn_solid **solid_out,
                        qn_error *error);

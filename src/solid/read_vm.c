@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Expression tapes as text (.vm): one operation a line, "NAME OPERATION OPERANDS", where operands are names of
- * earlier lines; '#' begins a comment. The last line is the result. */
+/* Expression tapes as text (.vm): one operation a line, "NAME OPERATION OPERANDS", where operands
+ * are names of earlier lines; '#' begins a comment. The last line is the result. */
 #include "solid/read.h"
 #include "solid/tape.h"
 
@@ -94,12 +94,14 @@ static qn_status read_line(reader *in, const span *words, int count) {
     int code = code_of(words[1]);
     if (code < 0)
         return bad(in, "unknown operation", words[1],
-                   "known are const, var-x, var-y, var-z, neg, abs, recip, square, sqrt, sin, cos, tan, asin, "
+                   "known are const, var-x, var-y, var-z, neg, abs, recip, square, sqrt, sin, cos, "
+                   "tan, asin, "
                    "acos, atan, exp, ln, add, sub, mul, div, min, max");
     int operands = code == QNI_TAPE_CONST ? 1 : qni_tape_operands((qni_tape_code)code);
     if (count != 2 + operands)
-        return qni_fail(in->error, QN_ERROR_INPUT, "'%s', line %lld: '%s' takes %d operand%s, but %d follow",
-                        in->text->name, (long long)in->line, qni_tape_name((qni_tape_code)code), operands,
+        return qni_fail(in->error, QN_ERROR_INPUT,
+                        "'%s', line %lld: '%s' takes %d operand%s, but %d follow", in->text->name,
+                        (long long)in->line, qni_tape_name((qni_tape_code)code), operands,
                         operands == 1 ? "" : "s", count - 2);
     qni_tape_op op = {.code = code};
     if (code == QNI_TAPE_CONST) {
@@ -136,7 +138,8 @@ static qn_status read_lines(reader *in) {
     }
     if (in->count == 0)
         return qni_fail(in->error, QN_ERROR_INPUT,
-                        "'%s' has no operation: a .vm file has lines of NAME OPERATION OPERANDS", in->text->name);
+                        "'%s' has no operation: a .vm file has lines of NAME OPERATION OPERANDS",
+                        in->text->name);
     return QN_OK;
 }
 
@@ -147,19 +150,24 @@ static int64_t lines_of(const qni_text *text) {
     return lines;
 }
 
-qn_status qni_read_vm(qn_context *context, const qni_text *text, const qni_box *region, qn_solid **solid_out,
-                      qn_error *error) {
+qn_status qni_read_vm(qn_context *context, const qni_text *text, const qni_box *region,
+                      qn_solid **solid_out, qn_error *error) {
     *solid_out = NULL;
-    reader in = {.context = context, .text = text, .error = error, .capacity = lines_of(text), .table_size = 16};
+    reader in = {.context = context,
+                 .text = text,
+                 .error = error,
+                 .capacity = lines_of(text),
+                 .table_size = 16};
     if (in.capacity > INT32_MAX / 4)
-        return qni_fail(error, QN_ERROR_INPUT, "'%s' has %lld lines: more than a tape can have", text->name,
-                        (long long)in.capacity);
+        return qni_fail(error, QN_ERROR_INPUT, "'%s' has %lld lines: more than a tape can have",
+                        text->name, (long long)in.capacity);
     while (in.table_size < 2 * in.capacity)
         in.table_size *= 2;
     in.ops = qni_alloc(context, in.capacity, sizeof *in.ops);
     in.names = qni_alloc(context, in.capacity, sizeof *in.names);
     in.table = qni_alloc_zero(context, in.table_size, sizeof *in.table);
-    qn_status status = in.ops && in.names && in.table ? read_lines(&in) : qni_fail_memory(error, "a tape");
+    qn_status status =
+        in.ops && in.names && in.table ? read_lines(&in) : qni_fail_memory(error, "a tape");
     if (status == QN_OK) {
         qni_tape *tape = qni_tape_create(context, in.ops, in.count, region);
         *solid_out = tape ? &tape->base : NULL;

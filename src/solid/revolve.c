@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: MIT
-/* A flat solid (x, y) turned about the z axis: x becomes the distance from the axis, y the height. With facets, each sector
- * between two of them sees the flat solid through one linear map, so segments stay segments there and crossings
- * are exact; round ones go through the root finder. A part of a turn is for the caller to cut out. */
+/* A flat solid (x, y) turned about the z axis: x becomes the distance from the axis, y the height.
+ * With facets, each sector between two of them sees the flat solid through one linear map, so
+ * segments stay segments there and crossings are exact; round ones go through the root finder. A
+ * part of a turn is for the caller to cut out. */
 #include "solid/facets.h"
 #include "solid/primitives.h"
 
 #include <string.h>
 
-/* Sector n lies between the directions edges[n] and edges[(n + 1) % count] and looks along middles[n]. */
+/* Sector n lies between the directions edges[n] and edges[(n + 1) % count] and looks along
+ * middles[n]. */
 typedef struct revolved {
     qn_solid base;
     qn_solid *part;
     double (*edges)[2];
-    double (*middles)[2];  /* over the cosine of half the angle: times a point it gives the part's x */
-    int64_t count;         /* 0: round */
-    double start, step;    /* degrees; sectors begin at start + n step */
-    double angle;          /* of all sectors, 360 at most */
-    double stretch;        /* 1 / cos(step / 2) */
+    double (
+        *middles)[2];   /* over the cosine of half the angle: times a point it gives the part's x */
+    int64_t count;      /* 0: round */
+    double start, step; /* degrees; sectors begin at start + n step */
+    double angle;       /* of all sectors, 360 at most */
+    double stretch;     /* 1 / cos(step / 2) */
 } revolved;
 
 static const revolved *turn(const qn_solid *solid) {
@@ -57,7 +60,8 @@ static void look(const revolved *r, int64_t sector, const double p[3], double fl
     flat[2] = 0;
 }
 
-static qn_status revolve_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status revolve_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                double *values) {
     const revolved *r = turn(solid);
     double flat[QNI_SOLID_BLOCK][3];
     for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
@@ -84,8 +88,8 @@ static qn_status revolve_gradients(const qn_solid *solid, int64_t count, const d
         int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
         for (int64_t i = 0; i < block; ++i)
             look(r, r->count ? sector_of(r, points[first + i]) : 0, points[first + i], flat[i]);
-        QN_TRY(r->part->ops->gradients(r->part, block, (const double(*)[3])flat, gradients ? found : NULL,
-                                       owners ? owners + first : NULL));
+        QN_TRY(r->part->ops->gradients(r->part, block, (const double(*)[3])flat,
+                                       gradients ? found : NULL, owners ? owners + first : NULL));
         for (int64_t i = 0; gradients && i < block; ++i) {
             double by[2];
             radial(r, r->count ? sector_of(r, points[first + i]) : 0, points[first + i], by);
@@ -121,7 +125,8 @@ static qni_box flat_box(const revolved *r, const qni_box *box) {
         nearest += least * least;
         farthest += most * most;
     }
-    double low = sqrt(nearest) * (1 - 8 * QNI_EPSILON), high = sqrt(farthest) * r->stretch * (1 + 8 * QNI_EPSILON);
+    double low = sqrt(nearest) * (1 - 8 * QNI_EPSILON),
+           high = sqrt(farthest) * r->stretch * (1 + 8 * QNI_EPSILON);
     if (!within_sectors(r, box))
         low = -high;
     return (qni_box){{low, box->low[2], 0}, {high, box->high[2], 0}};
@@ -137,10 +142,10 @@ typedef struct walk {
     const revolved *r;
     const double *a, *b;
     int64_t sector;
-    double at;      /* where the piece begins */
+    double at; /* where the piece begins */
     qni_crossing *crossings;
     int32_t count, capacity;
-    bool inside;    /* at the end of what was walked */
+    bool inside; /* at the end of what was walked */
 } walk;
 
 static void place(const walk *way, double t, double p[3]) {
@@ -156,11 +161,13 @@ static void keep(walk *way, const qni_crossing *crossing) {
     way->inside = crossing->enters;
 }
 
-/* The normal of a crossing out of the sector's map into the world; straight back where there is none. */
+/* The normal of a crossing out of the sector's map into the world; straight back where there is
+ * none. */
 static void turn_normal(const walk *way, qni_crossing *crossing) {
     double out[3], back[3] = {1, 0, 0};
     const double *middle = way->r->middles[way->sector];
-    double world[3] = {crossing->normal[0] * middle[0], crossing->normal[0] * middle[1], crossing->normal[1]};
+    double world[3] = {crossing->normal[0] * middle[0], crossing->normal[0] * middle[1],
+                       crossing->normal[1]};
     for (int k = 0; k < 3; ++k)
         out[k] = crossing->enters ? way->a[k] - way->b[k] : way->b[k] - way->a[k];
     qni_unit(out, back, back);
@@ -184,7 +191,8 @@ static qn_status walk_piece(walk *way, double end) {
     else
         QN_TRY(qni_solid_contains(part, from, &inside));
     if (inside != way->inside && way->at > 0) {
-        /* Rounding puts the place between two sectors on different sides of the surface: it is the crossing. */
+        /* Rounding puts the place between two sectors on different sides of the surface: it is the
+         * crossing. */
         qni_crossing here = {.at = way->at, .enters = inside};
         double gradient[1][3];
         QN_TRY(part->ops->gradients(part, 1, (const double(*)[3])from, gradient, &here.owner));
@@ -210,10 +218,15 @@ static double border_at(const walk *way, int64_t border) {
     return t > way->at && t < 1 ? t : t <= way->at ? way->at : 1;
 }
 
-static qn_status facet_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                 qni_crossing *crossings, int32_t *count_out) {
+static qn_status facet_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                 int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const revolved *r = turn(solid);
-    walk way = {.r = r, .a = a, .b = b, .sector = sector_of(r, a), .crossings = crossings, .capacity = capacity};
+    walk way = {.r = r,
+                .a = a,
+                .b = b,
+                .sector = sector_of(r, a),
+                .crossings = crossings,
+                .capacity = capacity};
     int64_t last = sector_of(r, b);
     double side = cross(a, b);
     double along[2] = {b[0] - a[0], b[1] - a[1]};
@@ -235,8 +248,8 @@ static qn_status facet_crossings(const qn_solid *solid, const double a[3], const
     return QN_OK;
 }
 
-static qn_status revolve_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                   qni_crossing *crossings, int32_t *count_out) {
+static qn_status revolve_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                   int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     if (turn(solid)->count == 0)
         return qni_find_crossings(solid, a, b, capacity, crossings, count_out);
     return facet_crossings(solid, a, b, capacity, crossings, count_out);
@@ -251,7 +264,8 @@ static qn_status revolve_restrict(const qn_solid *solid, const qni_box *box, qn_
     if (part == r->part) {
         *solid_out = qni_solid_retain(solid);
     } else {
-        *solid_out = qni_revolve_create(solid->context, part, r->start, r->angle, (int32_t)r->count);
+        *solid_out =
+            qni_revolve_create(solid->context, part, r->start, r->angle, (int32_t)r->count);
         if (*solid_out)
             (*solid_out)->box = solid->box;
     }
@@ -270,7 +284,8 @@ static const qni_solid_ops revolve_ops = {
 
 static void set_sectors(revolved *r) {
     for (int64_t n = 0; n < r->count; ++n) {
-        double begin = r->start + (double)n * r->step, middle = r->start + ((double)n + 0.5) * r->step;
+        double begin = r->start + (double)n * r->step,
+               middle = r->start + ((double)n + 0.5) * r->step;
         if (n == 0 && r->angle < 360) /* opposite to the middle of all sectors */
             begin = r->start + 0.5 * r->angle + 180;
         r->edges[n][0] = qni_cos_degrees(begin);
@@ -303,6 +318,7 @@ qn_solid *qni_revolve_create(qn_context *context, const qn_solid *part, double s
     if (qni_box_is_nothing(&part->box))
         r->base.box = qni_box_nothing();
     else
-        r->base.box = (qni_box){{-reach, -reach, part->box.low[1]}, {reach, reach, part->box.high[1]}};
+        r->base.box =
+            (qni_box){{-reach, -reach, part->box.low[1]}, {reach, reach, part->box.high[1]}};
     return &r->base;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Round primitives: sphere, cylinder or cone along z, torus about z. Each gives exact crossings from the roots of its
- * polynomial; values are distances, or below them. */
+/* Round primitives: sphere, cylinder or cone along z, torus about z. Each gives exact crossings
+ * from the roots of its polynomial; values are distances, or below them. */
 #include "solid/polynomial.h"
 #include "solid/primitives.h"
 
@@ -8,7 +8,8 @@
 
 typedef enum round_kind { SPHERE, CONE, TORUS } round_kind;
 
-/* A cone is what lies within radius + slope z of the z axis, without ends: its node intersects it with two half-spaces. */
+/* A cone is what lies within radius + slope z of the z axis, without ends: its node intersects it
+ * with two half-spaces. */
 typedef struct round_solid {
     qn_solid base;
     round_kind kind;
@@ -29,10 +30,12 @@ static void destroy(qn_solid *solid) {
 static double value_at(const round_solid *solid, const double p[3]) {
     double value;
     if (solid->kind == SPHERE) {
-        double x = p[0] - solid->centre[0], y = p[1] - solid->centre[1], z = p[2] - solid->centre[2];
+        double x = p[0] - solid->centre[0], y = p[1] - solid->centre[1],
+               z = p[2] - solid->centre[2];
         value = sqrt(x * x + y * y + z * z) - solid->radius;
     } else if (solid->kind == CONE) {
-        value = (sqrt(p[0] * p[0] + p[1] * p[1]) - (solid->radius + solid->slope * p[2])) * solid->scale;
+        value = (sqrt(p[0] * p[0] + p[1] * p[1]) - (solid->radius + solid->slope * p[2])) *
+                solid->scale;
     } else {
         double ring = sqrt(p[0] * p[0] + p[1] * p[1]) - solid->radius;
         value = sqrt(ring * ring + p[2] * p[2]) - solid->scale;
@@ -40,7 +43,8 @@ static double value_at(const round_solid *solid, const double p[3]) {
     return value;
 }
 
-static qn_status round_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status round_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                              double *values) {
     for (int64_t n = 0; n < count; ++n)
         values[n] = value_at(shape(solid), points[n]);
     return QN_OK;
@@ -51,7 +55,8 @@ static void gradient_at(const round_solid *solid, const double p[3], double grad
     static const double up[3] = {0, 0, 1}, aside[3] = {1, 0, 0};
     double radial[3] = {p[0], p[1], 0};
     if (solid->kind == SPHERE) {
-        double offset[3] = {p[0] - solid->centre[0], p[1] - solid->centre[1], p[2] - solid->centre[2]};
+        double offset[3] = {p[0] - solid->centre[0], p[1] - solid->centre[1],
+                            p[2] - solid->centre[2]};
         qni_unit(offset, up, gradient);
         return;
     }
@@ -96,7 +101,8 @@ static qn_status round_bounds(const qn_solid *solid, const qni_box *box, double 
     double flat[2], z[2], largest;
     radius_range(box, s->kind == SPHERE ? s->centre : axis, flat);
     if (s->kind == CONE) {
-        double at_low = s->radius + s->slope * box->low[2], at_high = s->radius + s->slope * box->high[2];
+        double at_low = s->radius + s->slope * box->low[2],
+               at_high = s->radius + s->slope * box->high[2];
         range[0] = (flat[0] - fmax(at_low, at_high)) * s->scale;
         range[1] = (flat[1] - fmin(at_low, at_high)) * s->scale;
         largest = flat[1] + fabs(at_low) + fabs(at_high) + fabs(s->radius);
@@ -116,8 +122,9 @@ static qn_status round_bounds(const qn_solid *solid, const qni_box *box, double 
     return QN_OK;
 }
 
-/* A segment by its length: the point at s is origin + s direction, where the origin is the line's point nearest to the
- * centre (of a cone: to the axis). Measured from there the polynomials lose no digits, however far away the ends are. */
+/* A segment by its length: the point at s is origin + s direction, where the origin is the line's
+ * point nearest to the centre (of a cone: to the axis). Measured from there the polynomials lose no
+ * digits, however far away the ends are. */
 typedef struct ray {
     double origin[3], direction[3];
     double start, length; /* s at a, and from a to b */
@@ -145,11 +152,12 @@ static ray ray_of(const round_solid *s, const double a[3], const double b[3]) {
     return way;
 }
 
-/* The polynomial in s of the surface, of degree 2 or 4. The cone's equation is squared: it has a second nappe, which
- * `is_real` tells apart. */
+/* The polynomial in s of the surface, of degree 2 or 4. The cone's equation is squared: it has a
+ * second nappe, which `is_real` tells apart. */
 static int polynomial_of(const round_solid *s, const ray *way, double c[5]) {
     const double *p = way->origin, *d = way->direction;
-    double pp = p[0] * p[0] + p[1] * p[1], pd = p[0] * d[0] + p[1] * d[1], dd = d[0] * d[0] + d[1] * d[1];
+    double pp = p[0] * p[0] + p[1] * p[1], pd = p[0] * d[0] + p[1] * d[1],
+           dd = d[0] * d[0] + d[1] * d[1];
     if (s->kind == CONE) {
         double r = s->radius + s->slope * p[2], m = s->slope * d[2];
         c[0] = pp - r * r;
@@ -174,7 +182,8 @@ static int polynomial_of(const round_solid *s, const ray *way, double c[5]) {
     return 4;
 }
 
-/* Where the line meets the surface, as places on the segment: from a little before it to a little behind it. */
+/* Where the line meets the surface, as places on the segment: from a little before it to a little
+ * behind it. */
 static int places_of(const round_solid *s, const double a[3], const double b[3], double places[4]) {
     ray way = ray_of(s, a, b);
     if (!(way.length > 0))
@@ -187,7 +196,8 @@ static int places_of(const round_solid *s, const double a[3], const double b[3],
     }
     if (!(low < high))
         return 0;
-    int degree = polynomial_of(s, &way, c), count = qni_polynomial_roots(degree, c, low, high, places);
+    int degree = polynomial_of(s, &way, c),
+        count = qni_polynomial_roots(degree, c, low, high, places);
     for (int i = 0; i < count; ++i)
         places[i] = (places[i] - way.start) / way.length;
     return count;
@@ -202,8 +212,8 @@ static bool is_real(const round_solid *s, const double p[3]) {
     return s->kind != CONE || s->radius + s->slope * p[2] >= 0;
 }
 
-static qn_status round_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                 qni_crossing *crossings, int32_t *count_out) {
+static qn_status round_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                 int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const round_solid *s = shape(solid);
     double roots[4], kept[4], p[3];
     int found = places_of(s, a, b, roots), count = 0;
@@ -234,7 +244,8 @@ static const qni_solid_ops round_ops = {
     .restrict_to = qni_restrict_to_itself,
 };
 
-qn_solid *qni_sphere_create(qn_context *context, const double centre[3], double radius, int32_t owner) {
+qn_solid *qni_sphere_create(qn_context *context, const double centre[3], double radius,
+                            int32_t owner) {
     round_solid *solid = (round_solid *)qni_solid_new(context, sizeof *solid, &round_ops);
     if (!solid)
         return NULL;
@@ -261,7 +272,8 @@ qn_solid *qni_cone_create(qn_context *context, double radius, double slope, int3
     return &solid->base;
 }
 
-qn_solid *qni_torus_create(qn_context *context, double ring_radius, double tube_radius, int32_t owner) {
+qn_solid *qni_torus_create(qn_context *context, double ring_radius, double tube_radius,
+                           int32_t owner) {
     round_solid *solid = (round_solid *)qni_solid_new(context, sizeof *solid, &round_ops);
     if (!solid)
         return NULL;

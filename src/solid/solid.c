@@ -41,8 +41,9 @@ void qn_solid_get_box(const qn_solid *solid, double low[3], double high[3]) {
 qn_status qn_solid_values(const qn_solid *solid, int64_t count, const double (*points)[3],
                           double *values, qn_error *error) {
     if (!solid || count < 0 || (count > 0 && (!points || !values)))
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "values of a solid were asked for without a solid, points or room for them");
+        return qni_fail(
+            error, QN_ERROR_INVALID_ARGUMENT,
+            "values of a solid were asked for without a solid, points or room for them");
     qn_status status = solid->ops->values(solid, count, points, values);
     if (status == QN_ERROR_OUT_OF_MEMORY)
         return qni_fail_memory(error, "values of a solid");
@@ -52,7 +53,8 @@ qn_status qn_solid_values(const qn_solid *solid, int64_t count, const double (*p
 }
 
 qni_box qni_box_everything(void) {
-    return (qni_box){{-QNI_INFINITY, -QNI_INFINITY, -QNI_INFINITY}, {QNI_INFINITY, QNI_INFINITY, QNI_INFINITY}};
+    return (qni_box){{-QNI_INFINITY, -QNI_INFINITY, -QNI_INFINITY},
+                     {QNI_INFINITY, QNI_INFINITY, QNI_INFINITY}};
 }
 
 qni_box qni_box_nothing(void) {
@@ -98,7 +100,8 @@ qn_status qni_solid_contains(const qn_solid *solid, const double p[3], bool *ins
 
 void qni_unit(const double v[3], const double fallback[3], double unit[3]) {
     double largest = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
-    bool usable = largest > 0 && largest < QNI_INFINITY && v[0] == v[0] && v[1] == v[1] && v[2] == v[2];
+    bool usable =
+        largest > 0 && largest < QNI_INFINITY && v[0] == v[0] && v[1] == v[1] && v[2] == v[2];
     if (!usable) {
         for (int k = 0; k < 3; ++k)
             unit[k] = fallback[k];

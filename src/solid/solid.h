@@ -12,31 +12,36 @@ typedef struct qni_box {
 /* One place where a segment meets the surface. */
 typedef struct qni_crossing {
     double at;        /* 0 to 1 along the segment from a to b */
-    double normal[3]; /* unit length, out of the solid: the gradient of the branch that is active there */
+    double normal[3]; /* unit length, out of the solid: the gradient of the branch that is active
+                         there */
     int32_t owner;
-    bool enters;      /* going from a to b one comes into the solid here */
+    bool enters; /* going from a to b one comes into the solid here */
 } qni_crossing;
 
-/* Each kind of solid gives these; all are thread-safe, and all results are pure functions of the arguments. */
+/* Each kind of solid gives these; all are thread-safe, and all results are pure functions of the
+ * arguments. */
 typedef struct qni_solid_ops {
     void (*destroy)(qn_solid *solid);
     /* Values at points; QN_ERROR_CANCELLED when a callback stops. */
-    qn_status (*values)(const qn_solid *solid, int64_t count, const double (*points)[3], double *values);
+    qn_status (*values)(const qn_solid *solid, int64_t count, const double (*points)[3],
+                        double *values);
     /* Gradients and owners of the active branch; outputs may be NULL. */
     qn_status (*gradients)(const qn_solid *solid, int64_t count, const double (*points)[3],
                            double (*gradients)[3], int32_t *owners);
     /* An enclosure of f over the box; -infinity .. infinity where nothing is known. */
     qn_status (*bounds)(const qn_solid *solid, const qni_box *box, double range[2]);
-    /* All crossings of the segment a - b in ascending order, at most `capacity` of them; their number goes to *count_out.
-     * Alternating `enters`; parity agrees with the signs at the ends (a value of 0 is outside). The caller names the ends in
-     * one canonical order, so that everybody gets the same bits. */
-    qn_status (*crossings)(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                           qni_crossing *crossings, int32_t *count_out);
-    /* A solid that agrees with this one inside the box and is cheaper there; may be the solid itself with
-     * one more reference. */
+    /* All crossings of the segment a - b in ascending order, at most `capacity` of them; their
+     * number goes to *count_out. Alternating `enters`; parity agrees with the signs at the ends (a
+     * value of 0 is outside). The caller names the ends in one canonical order, so that everybody
+     * gets the same bits. */
+    qn_status (*crossings)(const qn_solid *solid, const double a[3], const double b[3],
+                           int32_t capacity, qni_crossing *crossings, int32_t *count_out);
+    /* A solid that agrees with this one inside the box and is cheaper there; may be the solid
+     * itself with one more reference. */
     qn_status (*restrict_to)(const qn_solid *solid, const qni_box *box, qn_solid **solid_out);
-    /* Bounds of the derivative of f along b - a on the segment a - b; true when they are known. May be NULL. Bounds on
-     * one side of 0 say that f rises or falls all the way, so that the ends tell all. */
+    /* Bounds of the derivative of f along b - a on the segment a - b; true when they are known. May
+     * be NULL. Bounds on one side of 0 say that f rises or falls all the way, so that the ends tell
+     * all. */
     bool (*slope)(const qn_solid *solid, const double a[3], const double b[3], double range[2]);
 } qni_solid_ops;
 
@@ -44,16 +49,18 @@ struct qn_solid {
     const qni_solid_ops *ops;
     qn_context *context;
     int64_t references; /* changed with atomic operations */
-    qni_box box;        /* holds the solid; infinite for half-spaces and the like, low = high when it is empty */
-    int32_t depth;      /* levels of the tree below and with this one */
-    int32_t owner;      /* of leaves: what gradients and crossings say */
+    qni_box box;   /* holds the solid; infinite for half-spaces and the like, low = high when it is
+                      empty */
+    int32_t depth; /* levels of the tree below and with this one */
+    int32_t owner; /* of leaves: what gradients and crossings say */
 };
 
-/* The crossings of any solid whose values and bounds are all that is known: the segment is cut into up to 32 pieces where
- * the bounds leave the surface possible, and each change of sign is followed to 1e-14 of the segment. Where bounds are
- * not known, one crossing at most is found, from the signs at the ends. */
-qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                             qni_crossing *crossings, int32_t *count_out);
+/* The crossings of any solid whose values and bounds are all that is known: the segment is cut into
+ * up to 32 pieces where the bounds leave the surface possible, and each change of sign is followed
+ * to 1e-14 of the segment. Where bounds are not known, one crossing at most is found, from the
+ * signs at the ends. */
+qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                             int32_t capacity, qni_crossing *crossings, int32_t *count_out);
 
 qn_solid *qni_solid_retain(const qn_solid *solid);
 

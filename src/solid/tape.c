@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Making tapes: unused operations are dropped, results share registers, and a box drops the branches of
- * min and max that cannot be active in it. */
+/* Making tapes: unused operations are dropped, results share registers, and a box drops the
+ * branches of min and max that cannot be active in it. */
 #include "solid/tape.h"
 
 #include <string.h>
@@ -73,9 +73,10 @@ static void copy_needed(const qni_tape_op *ops, int64_t count, int32_t *place, q
     }
 }
 
-/* A register is free for the next result as soon as its own is used for the last time. `last[n]` is the operation
- * that uses result n last, `free_list` a stack; both have room for `count`. */
-static int32_t assign_registers(qni_tape_op *ops, int64_t count, int32_t *last, int32_t *free_list) {
+/* A register is free for the next result as soon as its own is used for the last time. `last[n]` is
+ * the operation that uses result n last, `free_list` a stack; both have room for `count`. */
+static int32_t assign_registers(qni_tape_op *ops, int64_t count, int32_t *last,
+                                int32_t *free_list) {
     int32_t registers = 0, free_count = 0;
     for (int64_t n = 0; n < count; ++n) {
         last[n] = (int32_t)n;
@@ -99,7 +100,8 @@ static int32_t assign_registers(qni_tape_op *ops, int64_t count, int32_t *last, 
     return registers;
 }
 
-qni_tape *qni_tape_create(qn_context *context, const qni_tape_op *ops, int64_t count, const qni_box *box) {
+qni_tape *qni_tape_create(qn_context *context, const qni_tape_op *ops, int64_t count,
+                          const qni_box *box) {
     int32_t *place = qni_alloc(context, 2 * count, sizeof *place);
     if (!place)
         return NULL;
@@ -131,10 +133,11 @@ static int decide(const qni_tape_op *op, qni_interval left, qni_interval right) 
     return 0;
 }
 
-/* Copies the operations with the decided ones bypassed; `stand_in[n]` is the operation that gives what n gave. Operations
- * that become unused stay for qni_tape_create() to drop. The number of decisions is returned. */
-static int64_t bypass(const qni_tape *tape, const qni_box *box, qni_interval *registers, qni_tape_op *ops,
-                      int32_t *stand_in) {
+/* Copies the operations with the decided ones bypassed; `stand_in[n]` is the operation that gives
+ * what n gave. Operations that become unused stay for qni_tape_create() to drop. The number of
+ * decisions is returned. */
+static int64_t bypass(const qni_tape *tape, const qni_box *box, qni_interval *registers,
+                      qni_tape_op *ops, int32_t *stand_in) {
     int64_t decided = 0;
     for (int64_t n = 0; n < tape->count; ++n) {
         const qni_tape_op *op = &tape->ops[n];

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
-/* Expression tapes: a function of x, y, z as a row of operations, each on the results of earlier ones. */
+/* Expression tapes: a function of x, y, z as a row of operations, each on the results of earlier
+ * ones. */
 #ifndef QNI_SOLID_TAPE_H
 #define QNI_SOLID_TAPE_H
 
 #include "solid/node.h"
 
-/* Name in .vm files and number of operands. Where two names mean one operation, the first is listed. */
+/* Name in .vm files and number of operands. Where two names mean one operation, the first is
+ * listed. */
 #define QNI_TAPE_MAP(X)                                                                            \
     X(CONST, "const", 0)                                                                           \
-    X(VAR_X, "var-x", 0)                                                                               \
-    X(VAR_Y, "var-y", 0)                                                                               \
-    X(VAR_Z, "var-z", 0)                                                                               \
+    X(VAR_X, "var-x", 0)                                                                           \
+    X(VAR_Y, "var-y", 0)                                                                           \
+    X(VAR_Z, "var-z", 0)                                                                           \
     X(NEG, "neg", 1)                                                                               \
     X(ABS, "abs", 1)                                                                               \
     X(RECIP, "recip", 1)                                                                           \
@@ -38,8 +40,8 @@ typedef enum qni_tape_code {
         QNI_TAPE_CODES
 } qni_tape_code;
 
-/* One operation. `left` and `right` are the numbers of earlier operations; the registers say where values lie while
- * the tape runs. A constant's value is in `value`. */
+/* One operation. `left` and `right` are the numbers of earlier operations; the registers say where
+ * values lie while the tape runs. A constant's value is in `value`. */
 typedef struct qni_tape_op {
     double value;
     int32_t left, right;
@@ -66,9 +68,10 @@ static inline bool qni_max_takes_right(double left, double right) {
     return right > left || left != left;
 }
 
-/* A tape of `count` operations, of which code, value, left and right are set; what the last one does not need is
- * dropped. The operations are copied. NULL when memory is short. */
-qni_tape *qni_tape_create(qn_context *context, const qni_tape_op *ops, int64_t count, const qni_box *box);
+/* A tape of `count` operations, of which code, value, left and right are set; what the last one
+ * does not need is dropped. The operations are copied. NULL when memory is short. */
+qni_tape *qni_tape_create(qn_context *context, const qni_tape_op *ops, int64_t count,
+                          const qni_box *box);
 
 /* Numbers between two bounds; `nan` when NaN is possible too. */
 typedef struct qni_interval {
@@ -81,11 +84,12 @@ qni_interval qni_interval_apply(const qni_tape_op *op, qni_interval left, qni_in
 typedef struct qni_slope {
     qni_interval value, slope;
 } qni_slope;
-qni_slope qni_slope_apply(const qni_tape_op *op, qni_slope left, qni_slope right, const qni_box *box,
-                          const double direction[3]);
+qni_slope qni_slope_apply(const qni_tape_op *op, qni_slope left, qni_slope right,
+                          const qni_box *box, const double direction[3]);
 
 /* The four of qni_solid_ops that work on tapes. */
-qn_status qni_tape_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values);
+qn_status qni_tape_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                          double *values);
 qn_status qni_tape_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
                              double (*gradients)[3], int32_t *owners);
 qn_status qni_tape_bounds(const qn_solid *solid, const qni_box *box, double range[2]);

@@ -25,7 +25,8 @@ static bool scratch_open(scratch *room, const qni_tape *tape, int64_t each) {
         room->block /= 2;
     int64_t count = tape->registers * each * room->block;
     room->heap_count = count > STACK_DOUBLES ? count : 0;
-    room->doubles = room->heap_count ? qni_alloc(room->context, count, sizeof(double)) : room->stack;
+    room->doubles =
+        room->heap_count ? qni_alloc(room->context, count, sizeof(double)) : room->stack;
     return room->doubles;
 }
 
@@ -86,7 +87,8 @@ static void apply(const qni_tape_op *op, int64_t count, const double (*points)[3
     }
 }
 
-qn_status qni_tape_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+qn_status qni_tape_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                          double *values) {
     const qni_tape *tape = (const qni_tape *)solid;
     scratch room;
     if (!scratch_open(&room, tape, 1))
@@ -108,33 +110,75 @@ qn_status qni_tape_values(const qn_solid *solid, int64_t count, const double (*p
 }
 
 /* Factors df/da and df/db of one operation at a, b with the result f. */
-static void factors(const qni_tape_op *op, double a, double b, double f, double *by_a, double *by_b) {
+static void factors(const qni_tape_op *op, double a, double b, double f, double *by_a,
+                    double *by_b) {
     *by_b = 0;
     switch ((qni_tape_code)op->code) {
-    case QNI_TAPE_NEG: *by_a = -1; break;
-    case QNI_TAPE_ABS: *by_a = a < 0 ? -1 : 1; break;
-    case QNI_TAPE_RECIP: *by_a = -f * f; break;
-    case QNI_TAPE_SQUARE: *by_a = 2 * a; break;
-    case QNI_TAPE_SQRT: *by_a = 0.5 / f; break;
-    case QNI_TAPE_SIN: *by_a = cos(a); break;
-    case QNI_TAPE_COS: *by_a = -sin(a); break;
-    case QNI_TAPE_TAN: *by_a = 1 + f * f; break;
-    case QNI_TAPE_ASIN: *by_a = 1 / sqrt(1 - a * a); break;
-    case QNI_TAPE_ACOS: *by_a = -1 / sqrt(1 - a * a); break;
-    case QNI_TAPE_ATAN: *by_a = 1 / (1 + a * a); break;
-    case QNI_TAPE_EXP: *by_a = f; break;
-    case QNI_TAPE_LOG: *by_a = 1 / a; break;
-    case QNI_TAPE_ADD: *by_a = 1, *by_b = 1; break;
-    case QNI_TAPE_SUB: *by_a = 1, *by_b = -1; break;
-    case QNI_TAPE_MUL: *by_a = b, *by_b = a; break;
-    case QNI_TAPE_DIV: *by_a = 1 / b, *by_b = -f / b; break;
-    case QNI_TAPE_MIN: *by_b = qni_min_takes_right(a, b), *by_a = 1 - *by_b; break;
-    case QNI_TAPE_MAX: *by_b = qni_max_takes_right(a, b), *by_a = 1 - *by_b; break;
-    default: *by_a = 0; break;
+    case QNI_TAPE_NEG:
+        *by_a = -1;
+        break;
+    case QNI_TAPE_ABS:
+        *by_a = a < 0 ? -1 : 1;
+        break;
+    case QNI_TAPE_RECIP:
+        *by_a = -f * f;
+        break;
+    case QNI_TAPE_SQUARE:
+        *by_a = 2 * a;
+        break;
+    case QNI_TAPE_SQRT:
+        *by_a = 0.5 / f;
+        break;
+    case QNI_TAPE_SIN:
+        *by_a = cos(a);
+        break;
+    case QNI_TAPE_COS:
+        *by_a = -sin(a);
+        break;
+    case QNI_TAPE_TAN:
+        *by_a = 1 + f * f;
+        break;
+    case QNI_TAPE_ASIN:
+        *by_a = 1 / sqrt(1 - a * a);
+        break;
+    case QNI_TAPE_ACOS:
+        *by_a = -1 / sqrt(1 - a * a);
+        break;
+    case QNI_TAPE_ATAN:
+        *by_a = 1 / (1 + a * a);
+        break;
+    case QNI_TAPE_EXP:
+        *by_a = f;
+        break;
+    case QNI_TAPE_LOG:
+        *by_a = 1 / a;
+        break;
+    case QNI_TAPE_ADD:
+        *by_a = 1, *by_b = 1;
+        break;
+    case QNI_TAPE_SUB:
+        *by_a = 1, *by_b = -1;
+        break;
+    case QNI_TAPE_MUL:
+        *by_a = b, *by_b = a;
+        break;
+    case QNI_TAPE_DIV:
+        *by_a = 1 / b, *by_b = -f / b;
+        break;
+    case QNI_TAPE_MIN:
+        *by_b = qni_min_takes_right(a, b), *by_a = 1 - *by_b;
+        break;
+    case QNI_TAPE_MAX:
+        *by_b = qni_max_takes_right(a, b), *by_a = 1 - *by_b;
+        break;
+    default:
+        *by_a = 0;
+        break;
     }
 }
 
-/* A factor of 0 drops its term, so that an infinite derivative of the branch not taken does no harm. */
+/* A factor of 0 drops its term, so that an infinite derivative of the branch not taken does no
+ * harm. */
 static double weigh(double factor, double derivative) {
     return factor == 0 || derivative == 0 ? 0 : factor * derivative;
 }
@@ -178,7 +222,8 @@ qn_status qni_tape_gradients(const qn_solid *solid, int64_t count, const double 
                       room.doubles + op->out_register * 4 * room.block);
             apply_gradient(op, room.block, block, room.doubles);
         }
-        const double *result = room.doubles + tape->ops[tape->count - 1].out_register * 4 * room.block;
+        const double *result =
+            room.doubles + tape->ops[tape->count - 1].out_register * 4 * room.block;
         for (int64_t i = 0; i < block; ++i)
             for (int k = 0; k < 3; ++k)
                 gradients[first + i][k] = result[(k + 1) * room.block + i];
@@ -200,8 +245,8 @@ qn_status qni_tape_bounds(const qn_solid *solid, const qni_box *box, double rang
         return QN_ERROR_OUT_OF_MEMORY;
     for (int64_t n = 0; n < tape->count; ++n) {
         const qni_tape_op *op = &tape->ops[n];
-        registers[op->out_register] =
-            qni_interval_apply(op, registers[op->left_register], registers[op->right_register], box);
+        registers[op->out_register] = qni_interval_apply(op, registers[op->left_register],
+                                                         registers[op->right_register], box);
     }
     qni_interval result = registers[tape->ops[tape->count - 1].out_register];
     range[0] = result.low;
@@ -221,8 +266,8 @@ bool qni_tape_slope(const qn_solid *solid, const double a[3], const double b[3],
     double direction[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     for (int64_t n = 0; n < tape->count; ++n) {
         const qni_tape_op *op = &tape->ops[n];
-        registers[op->out_register] = qni_slope_apply(op, registers[op->left_register],
-                                                      registers[op->right_register], &box, direction);
+        registers[op->out_register] = qni_slope_apply(
+            op, registers[op->left_register], registers[op->right_register], &box, direction);
     }
     const qni_slope *result = &registers[tape->ops[tape->count - 1].out_register];
     range[0] = result->slope.low;

@@ -16,7 +16,8 @@ int64_t qni_text_number(const char *at, const char *end, double *value_out) {
     /* A copy that ends in zero; longer numbers than this mean no other double. */
     char copy[64];
     int64_t length = 0;
-    while (at + length < end && length < (int64_t)sizeof copy - 1 && belongs_to_number(at[length])) {
+    while (at + length < end && length < (int64_t)sizeof copy - 1 &&
+           belongs_to_number(at[length])) {
         copy[length] = at[length];
         ++length;
     }

@@ -11,8 +11,8 @@ typedef struct qni_text {
     int64_t size;
 } qni_text;
 
-/* A number at `at`, which ends at `end`, read in the C locale: a sign, digits, a point, an exponent; also inf and nan. The
- * number of bytes used, 0 when there is no number. */
+/* A number at `at`, which ends at `end`, read in the C locale: a sign, digits, a point, an
+ * exponent; also inf and nan. The number of bytes used, 0 when there is no number. */
 int64_t qni_text_number(const char *at, const char *end, double *value_out);
 
 /* A word for messages: what cannot be printed becomes '?', and it is cut to fit. */

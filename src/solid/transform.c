@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Solids seen through an affine map. A segment stays a segment, so crossings keep their places on it. The values are the
- * part's own: after a scaling they are no distances, but signs, bounds and gradients are right. */
+/* Solids seen through an affine map. A segment stays a segment, so crossings keep their places on
+ * it. The values are the part's own: after a scaling they are no distances, but signs, bounds and
+ * gradients are right. */
 #include "solid/primitives.h"
 
 #include <math.h>
@@ -24,7 +25,8 @@ static void apply(const double m[3][4], const double p[3], double out[3]) {
         out[k] = m[k][0] * x + m[k][1] * y + m[k][2] * z + m[k][3];
 }
 
-static qn_status transform_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status transform_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                  double *values) {
     const transformed *t = (const transformed *)solid;
     double moved[QNI_SOLID_BLOCK][3];
     for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
@@ -40,11 +42,13 @@ static qn_status transform_values(const qn_solid *solid, int64_t count, const do
 static void turn_back(const transformed *t, double gradient[3]) {
     double old[3] = {gradient[0], gradient[1], gradient[2]};
     for (int k = 0; k < 3; ++k)
-        gradient[k] = old[0] * t->inverse[0][k] + old[1] * t->inverse[1][k] + old[2] * t->inverse[2][k];
+        gradient[k] =
+            old[0] * t->inverse[0][k] + old[1] * t->inverse[1][k] + old[2] * t->inverse[2][k];
 }
 
-static qn_status transform_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
-                                     double (*gradients)[3], int32_t *owners) {
+static qn_status transform_gradients(const qn_solid *solid, int64_t count,
+                                     const double (*points)[3], double (*gradients)[3],
+                                     int32_t *owners) {
     const transformed *t = (const transformed *)solid;
     double moved[QNI_SOLID_BLOCK][3];
     for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
@@ -52,7 +56,8 @@ static qn_status transform_gradients(const qn_solid *solid, int64_t count, const
         for (int64_t i = 0; i < block; ++i)
             apply(t->inverse, points[first + i], moved[i]);
         QN_TRY(t->part->ops->gradients(t->part, block, (const double(*)[3])moved,
-                                       gradients ? gradients + first : NULL, owners ? owners + first : NULL));
+                                       gradients ? gradients + first : NULL,
+                                       owners ? owners + first : NULL));
         for (int64_t i = 0; gradients && i < block; ++i)
             turn_back(t, gradients[first + i]);
     }
@@ -85,8 +90,9 @@ static qn_status transform_bounds(const qn_solid *solid, const qni_box *box, dou
     return t->part->ops->bounds(t->part, &moved, range);
 }
 
-static qn_status transform_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                     qni_crossing *crossings, int32_t *count_out) {
+static qn_status transform_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                     int32_t capacity, qni_crossing *crossings,
+                                     int32_t *count_out) {
     const transformed *t = (const transformed *)solid;
     double from[3], to[3];
     apply(t->inverse, a, from);
@@ -103,7 +109,8 @@ static qn_status transform_crossings(const qn_solid *solid, const double a[3], c
     return QN_OK;
 }
 
-static qn_status transform_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
+static qn_status transform_restrict(const qn_solid *solid, const qni_box *box,
+                                    qn_solid **solid_out) {
     const transformed *t = (const transformed *)solid;
     qni_box moved = image(t->inverse, box);
     qn_solid *part;
@@ -130,11 +137,13 @@ static const qni_solid_ops transform_ops = {
 static void multiply(const double a[3][4], const double b[3][4], double out[3][4]) {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 4; ++j)
-            out[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j == 3 ? a[i][3] : 0);
+            out[i][j] =
+                a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j == 3 ? a[i][3] : 0);
 }
 
-/* Invertible transforms go down to the leaves, where polytopes take them up into their planes: cheaper to evaluate, and
- * with bounds as tight as those of upright ones. Other kinds leave *done_out false. */
+/* Invertible transforms go down to the leaves, where polytopes take them up into their planes:
+ * cheaper to evaluate, and with bounds as tight as those of upright ones. Other kinds leave
+ * *done_out false. */
 static qn_solid *pushed_down(qn_context *context, const qn_solid *part, const double inverse[3][4],
                              const double forward[3][4], bool *done_out) {
     *done_out = true;
@@ -162,8 +171,9 @@ qni_box qni_box_image(const double matrix[3][4], const qni_box *box) {
     return out;
 }
 
-qn_solid *qni_transform_create(qn_context *context, const qn_solid *part, const double inverse[3][4],
-                               const double forward[3][4], const qni_box *box) {
+qn_solid *qni_transform_create(qn_context *context, const qn_solid *part,
+                               const double inverse[3][4], const double forward[3][4],
+                               const qni_box *box) {
     if (forward) {
         bool done;
         qn_solid *solid = pushed_down(context, part, inverse, forward, &done);

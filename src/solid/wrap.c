@@ -29,7 +29,8 @@ static qn_solid *create(qn_context *context, const qn_solid *part, const qni_sol
     return &solid->base;
 }
 
-static qn_status owned_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status owned_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                              double *values) {
     return wrap(solid)->part->ops->values(wrap(solid)->part, count, points, values);
 }
 
@@ -44,9 +45,10 @@ static qn_status owned_bounds(const qn_solid *solid, const qni_box *box, double 
     return wrap(solid)->part->ops->bounds(wrap(solid)->part, box, range);
 }
 
-static qn_status owned_crossings(const qn_solid *solid, const double a[3], const double b[3], int32_t capacity,
-                                 qni_crossing *crossings, int32_t *count_out) {
-    QN_TRY(wrap(solid)->part->ops->crossings(wrap(solid)->part, a, b, capacity, crossings, count_out));
+static qn_status owned_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                                 int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
+    QN_TRY(
+        wrap(solid)->part->ops->crossings(wrap(solid)->part, a, b, capacity, crossings, count_out));
     for (int32_t i = 0; i < *count_out; ++i)
         crossings[i].owner = solid->owner;
     return QN_OK;
@@ -87,7 +89,8 @@ qn_solid *qni_owned_create(qn_context *context, const qn_solid *part, int32_t ow
     return solid;
 }
 
-static qn_status offset_values(const qn_solid *solid, int64_t count, const double (*points)[3], double *values) {
+static qn_status offset_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                               double *values) {
     QN_TRY(owned_values(solid, count, points, values));
     for (int64_t n = 0; n < count; ++n)
         values[n] -= wrap(solid)->distance;
@@ -125,7 +128,8 @@ static bool shell_is_outside(const qn_solid *part, double inner, double distance
             double range[2], size[3];
             for (int k = 0; k < 3; ++k)
                 size[k] = part->box.high[k] - part->box.low[k] + 4 * inner;
-            box.low[axis] = side % 2 ? part->box.high[axis] + inner : part->box.low[axis] - 2 * inner;
+            box.low[axis] =
+                side % 2 ? part->box.high[axis] + inner : part->box.low[axis] - 2 * inner;
             box.high[axis] = box.low[axis] + inner;
             box.low[u] = part->box.low[u] - 2 * inner + size[u] * (patch % PATCHES) / PATCHES;
             box.low[v] = part->box.low[v] - 2 * inner + size[v] * (patch / PATCHES) / PATCHES;
@@ -137,7 +141,8 @@ static bool shell_is_outside(const qn_solid *part, double inner, double distance
     return true;
 }
 
-/* How far a sharp corner reaches depends on its angle: the box grows until a shell round it is outside. */
+/* How far a sharp corner reaches depends on its angle: the box grows until a shell round it is
+ * outside. */
 static qni_box grown_box(const qn_solid *part, double distance) {
     if (!qni_box_is_finite(&part->box))
         return qni_box_everything();

@@ -10,7 +10,8 @@ static const double radians = 3.14159265358979323846 / 180;
 static void find_axes(qni_camera *camera, double azimuth, double elevation) {
     double ca = cos(azimuth * radians), sa = sin(azimuth * radians);
     double ce = cos(elevation * radians), se = sin(elevation * radians);
-    double right[3] = {-sa, ca, 0}, up[3] = {-se * ca, -se * sa, ce}, toward[3] = {ce * ca, ce * sa, se};
+    double right[3] = {-sa, ca, 0}, up[3] = {-se * ca, -se * sa, ce},
+           toward[3] = {ce * ca, ce * sa, se};
     for (int a = 0; a < 3; ++a) {
         camera->right[a] = right[a];
         camera->up[a] = up[a];
@@ -34,8 +35,10 @@ static void find_centre(const qn_context *context, const qn_mesh_view *view, con
     for (int a = 0; a < 3; ++a) {
         float low = INFINITY, high = -INFINITY;
         /* Least and largest do not depend on the order they are taken in. */
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))                   \
-    reduction(min : low) reduction(max : high)
+#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))                 \
+    reduction(min                                                                                  \
+              : low) reduction(max                                                                 \
+                               : high)
         for (int64_t i = 0; i < view->vertex_count; ++i) {
             float value = view->positions[3 * i + a];
             if (used[i]) {
@@ -57,8 +60,8 @@ static void relative(const qni_camera *camera, const float *position, double out
     out[2] = qni_dot(camera->toward, q);
 }
 
-/* A point (x, y, z) is within the frame when |x - shift| <= t (distance - z), likewise for y: so only the
- * largest of x + t z, -x + t z, y + t z, -y + t z count. */
+/* A point (x, y, z) is within the frame when |x - shift| <= t (distance - z), likewise for y: so
+ * only the largest of x + t z, -x + t z, y + t z, -y + t z count. */
 qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view, const uint8_t *used,
                           const qni_frame *frame) {
     qni_camera camera = {0};
@@ -70,8 +73,10 @@ qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view, c
     const double nothing = -HUGE_VAL;
     double x_high = nothing, x_low = nothing, y_high = nothing, y_low = nothing;
     double z_high = nothing, z_low = -nothing;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))                   \
-    reduction(max : x_high, x_low, y_high, y_low, z_high) reduction(min : z_low)
+#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))                 \
+    reduction(max                                                                                  \
+              : x_high, x_low, y_high, y_low, z_high) reduction(min                                \
+                                                                : z_low)
     for (int64_t i = 0; i < view->vertex_count; ++i) {
         const float *position = view->positions + 3 * i;
         double p[3];
@@ -90,7 +95,8 @@ qni_camera qni_camera_fit(const qn_context *context, const qn_mesh_view *view, c
     camera.shift_x = 0.5 * (x_high - x_low);
     camera.shift_y = 0.5 * (y_high - y_low);
     camera.distance = fmax(0.5 * (x_high + x_low) / tx, 0.5 * (y_high + y_low) / ty);
-    /* The eye stays before the nearest point, for meshes that are flat or a single point as well. */
+    /* The eye stays before the nearest point, for meshes that are flat or a single point as well.
+     */
     double least = z_high + 0.01 * (z_high - z_low) + 1e-30;
     camera.distance = fmax(camera.distance, least);
     camera.half_width = 0.5 * QNI_SAMPLES * frame->width;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Ambient obscurance in the picture plane: McGuire, Mara and Luebke, "Scalable ambient obscurance", 2012,
- * section 2.3, with a turn of the samples that repeats every 4 x 4 pixels and a blur of that size. */
+/* Ambient obscurance in the picture plane: McGuire, Mara and Luebke, "Scalable ambient obscurance",
+ * 2012, section 2.3, with a turn of the samples that repeats every 4 x 4 pixels and a blur of that
+ * size. */
 #include "view/occlusion.h"
 #include "core/parallel.h"
 
@@ -8,16 +9,17 @@
 
 enum { SAMPLES = 28, TURNS = 7, TILE = 4, LARGEST_REACH = 160 /* pixels */ };
 
-static const double reach = 0.13;     /* of the picture's height, in the world */
+static const double reach = 0.13; /* of the picture's height, in the world */
 static const double strength = 3.07;
-static const double bias = 0.012;     /* of the reach: what is flat stays open */
+static const double bias = 0.012; /* of the reach: what is flat stays open */
 
 typedef struct frame {
     const qni_camera *camera;
     const qni_pixel *pixels;
     int32_t width, height;
     double radius; /* world units */
-    double spiral[TILE * TILE][SAMPLES][2]; /* where to look, for each turn; within the unit circle */
+    double spiral[TILE * TILE][SAMPLES]
+                 [2]; /* where to look, for each turn; within the unit circle */
 } frame;
 
 /* The turns of one tile's pixels differ as much as they can from their neighbours'. */
@@ -95,7 +97,8 @@ static float blur_at(const frame *f, const float *rough, int32_t column, int32_t
             if (f->pixels[other].inverse <= 0)
                 continue;
             double apart = fabs(distance_at(f, other) - here) / f->radius;
-            double rim = (abs(r - row) == TILE / 2 ? 0.5 : 1) * (abs(c - column) == TILE / 2 ? 0.5 : 1);
+            double rim =
+                (abs(r - row) == TILE / 2 ? 0.5 : 1) * (abs(c - column) == TILE / 2 ? 0.5 : 1);
             double share = rim * fmax(0, 1 - 4 * apart);
             sum += share * (double)rough[other];
             weight += share;

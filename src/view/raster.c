@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* The z-buffer. Coverage is decided with integers, so that faces that share an edge leave no gap, and each
- * thread draws its own rows in the order of the faces, so that the result does not depend on threads. */
+/* The z-buffer. Coverage is decided with integers, so that faces that share an edge leave no gap,
+ * and each thread draws its own rows in the order of the faces, so that the result does not depend
+ * on threads. */
 #include "view/raster.h"
 #include "core/parallel.h"
 #include "mesh/mesh.h"
@@ -88,15 +89,19 @@ static void draw_piece(const qni_seen *a, const qni_seen *b, const qni_seen *c, 
     int64_t x = (int64_t)reach.x0 * QNI_SUBPIXEL + QNI_SUBPIXEL / 2;
     int64_t y = (int64_t)reach.y0 * QNI_SUBPIXEL + QNI_SUBPIXEL / 2;
     int64_t ab = qni_side(a, b, x, y), bc = qni_side(b, c, x, y), ca = qni_side(c, a, x, y);
-    int64_t ab_x = ((int64_t)a->y - b->y) * QNI_SUBPIXEL, ab_y = ((int64_t)b->x - a->x) * QNI_SUBPIXEL;
-    int64_t bc_x = ((int64_t)b->y - c->y) * QNI_SUBPIXEL, bc_y = ((int64_t)c->x - b->x) * QNI_SUBPIXEL;
-    int64_t ca_x = ((int64_t)c->y - a->y) * QNI_SUBPIXEL, ca_y = ((int64_t)a->x - c->x) * QNI_SUBPIXEL;
+    int64_t ab_x = ((int64_t)a->y - b->y) * QNI_SUBPIXEL,
+            ab_y = ((int64_t)b->x - a->x) * QNI_SUBPIXEL;
+    int64_t bc_x = ((int64_t)b->y - c->y) * QNI_SUBPIXEL,
+            bc_y = ((int64_t)c->x - b->x) * QNI_SUBPIXEL;
+    int64_t ca_x = ((int64_t)c->y - a->y) * QNI_SUBPIXEL,
+            ca_y = ((int64_t)a->x - c->x) * QNI_SUBPIXEL;
     double to_b = ((double)b->inverse - (double)a->inverse) / (double)area;
     double to_c = ((double)c->inverse - (double)a->inverse) / (double)area;
     for (int32_t row = reach.y0; row <= reach.y1; ++row, ab += ab_y, bc += bc_y, ca += ca_y) {
         int64_t u = ab, v = bc, w = ca;
         size_t at = (size_t)row * (size_t)visible->width + (size_t)reach.x0;
-        for (int32_t column = reach.x0; column <= reach.x1; ++column, ++at, u += ab_x, v += bc_x, w += ca_x) {
+        for (int32_t column = reach.x0; column <= reach.x1;
+             ++column, ++at, u += ab_x, v += bc_x, w += ca_x) {
             if ((u | v | w) < 0)
                 continue;
             float inverse = (float)((double)a->inverse + (double)w * to_b + (double)u * to_c);

@@ -5,8 +5,8 @@
 
 #include "view/camera.h"
 
-/* A piece is a triangle of the mesh, or one half of a quad: twice the face's index, and 1 more for the
- * second half. */
+/* A piece is a triangle of the mesh, or one half of a quad: twice the face's index, and 1 more for
+ * the second half. */
 enum { QNI_NO_PIECE = -1 };
 
 typedef struct qni_visible {

@@ -43,8 +43,8 @@ static qn_status read_options(const qn_view_options *options, qni_frame *frame, 
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "azimuth and elevation must be finite numbers of degrees");
     if (!(frame->zoom > 0 && frame->zoom <= largest_zoom))
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "a zoom of %g: give more than 0, at most %g",
-                        frame->zoom, largest_zoom);
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "a zoom of %g: give more than 0, at most %g", frame->zoom, largest_zoom);
     return QN_OK;
 }
 
@@ -103,7 +103,12 @@ static qn_status draw(qn_context *context, const qn_mesh_view *view, const qni_f
         int64_t last = first + FACES_A_STEP < face_count ? first + FACES_A_STEP : face_count;
         qni_raster_faces(context, view, c->seen, first, last, &c->visible);
     }
-    qni_scene scene = {context, view, &camera, c->seen, &c->visible, options && options->edges,
+    qni_scene scene = {context,
+                       view,
+                       &camera,
+                       c->seen,
+                       &c->visible,
+                       options && options->edges,
                        options && options->flat};
     for (int32_t row = 0; row < frame->height; row += ROWS_A_STEP) {
         if (qni_progress(context, "draw", 0.6 + 0.4 * row / frame->height))

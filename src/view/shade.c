@@ -16,7 +16,8 @@ static const colour key_light = {0.98f, 0.94f, 0.87f};
 static const colour fill_light = {0.16f, 0.19f, 0.25f};
 static const colour sky = {0.31f, 0.34f, 0.39f};
 static const colour ground = {0.15f, 0.13f, 0.12f};
-/* Unit vectors in camera coordinates: the key light from the upper left, the fill light from the right. */
+/* Unit vectors in camera coordinates: the key light from the upper left, the fill light from the
+ * right. */
 static const double key_direction[3] = {-0.4767313, 0.5959141, 0.6462334};
 static const double fill_direction[3] = {0.8164966, -0.0816497, 0.5715476};
 static const double gloss = 0.10, gloss_power = 28;
@@ -92,9 +93,11 @@ static void add_light(const double normal[3], const double up[3], bool front, do
     double shine = gloss * pow(fmax(0, qni_dot(normal, half)), gloss_power);
     double upward = 0.5 + 0.5 * qni_dot(normal, up);
     double share = 1.0 / (QNI_SAMPLES * QNI_SAMPLES), bare = share * (1 - edge);
-    const float *m = &material.r, *k = &key_light.r, *f = &fill_light.r, *s = &sky.r, *g = &ground.r;
+    const float *m = &material.r, *k = &key_light.r, *f = &fill_light.r, *s = &sky.r,
+                *g = &ground.r;
     for (int i = 0; i < 3; ++i) {
-        double direct = (double)m[i] * (key * (double)k[i] + fill * (double)f[i]) + shine * (double)k[i];
+        double direct =
+            (double)m[i] * (key * (double)k[i] + fill * (double)f[i]) + shine * (double)k[i];
         double ambient = (double)m[i] * (upward * (double)s[i] + (1 - upward) * (double)g[i]);
         pixel->direct[i] += (float)(bare * direct + share * edge * 0.012);
         pixel->ambient[i] += (float)(bare * ambient);
@@ -119,7 +122,8 @@ static void shade_sample(const qni_scene *scene, int64_t piece, int64_t x, int64
         corner_weights(s, x, y, weights);
         for (int c = 0; c < 3; ++c)
             for (int a = 0; a < 3; ++a)
-                world[a] += weights[c] * (double)view->normals[3 * (size_t)piece_corner[c] + (size_t)a];
+                world[a] +=
+                    weights[c] * (double)view->normals[3 * (size_t)piece_corner[c] + (size_t)a];
     } else {
         face_normal(view, face, count, world);
     }

@@ -5,7 +5,8 @@
 
 #include "view/raster.h"
 
-/* Light is linear here (not yet sRGB). What falls from everywhere is kept apart, for creases get less of it. */
+/* Light is linear here (not yet sRGB). What falls from everywhere is kept apart, for creases get
+ * less of it. */
 typedef struct qni_pixel {
     float direct[3], ambient[3];
     float normal[3]; /* in camera coordinates, of the nearest sample */
@@ -25,7 +26,8 @@ typedef struct qni_scene {
 
 /* pixels: [height][width], the bottom row first, for rows [first, last). */
 void qni_shade_rows(const qni_scene *scene, int32_t first, int32_t last, qni_pixel *pixels);
-/* Add the occlusion (1: open, 0: closed in), the background and the sRGB curve; the top row comes first. */
+/* Add the occlusion (1: open, 0: closed in), the background and the sRGB curve; the top row comes
+ * first. */
 void qni_develop(const qn_context *context, int32_t width, int32_t height, const qni_pixel *pixels,
                  const float *open, uint8_t *rgb);
 

@@ -59,21 +59,24 @@ static qn_status check_matrix(const double m[4][4], qn_error *error) {
                         "the last row of the index-to-world matrix must be 0 0 0 1");
     double determinant = determinant3(m);
     if (determinant == 0 || !isfinite(determinant) || !isfinite(1 / determinant))
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "the index-to-world matrix has no inverse: a spacing of zero, or two axes alike");
+        return qni_fail(
+            error, QN_ERROR_INVALID_ARGUMENT,
+            "the index-to-world matrix has no inverse: a spacing of zero, or two axes alike");
     return QN_OK;
 }
 
 static qn_status check_sizes(const qn_grid *grid, qn_error *error) {
     if (grid->scalar < 0 || grid->scalar >= QN_SCALAR_COUNT)
-        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "%d is no scalar type", (int)grid->scalar);
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "%d is no scalar type",
+                        (int)grid->scalar);
     int64_t bytes = (int64_t)qn_scalar_size(grid->scalar);
     for (int a = 0; a < 3; ++a) {
         if (grid->size[a] < 1 || grid->size[a] > largest_size)
-            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                            "a volume of %lld x %lld x %lld samples: each side must be from 1 to %lld",
-                            (long long)grid->size[0], (long long)grid->size[1],
-                            (long long)grid->size[2], (long long)largest_size);
+            return qni_fail(
+                error, QN_ERROR_INVALID_ARGUMENT,
+                "a volume of %lld x %lld x %lld samples: each side must be from 1 to %lld",
+                (long long)grid->size[0], (long long)grid->size[1], (long long)grid->size[2],
+                (long long)largest_size);
         if (__builtin_mul_overflow(bytes, grid->size[a], &bytes))
             return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                             "a volume of %lld x %lld x %lld samples is larger than any memory",
@@ -142,8 +145,8 @@ static void release_owned(void *user, const void *samples) {
     qni_free(owned->context, owned, 1, sizeof *owned);
 }
 
-/* Owned samples may be turned to this machine's byte order where they lie: one pass, after which every reader of the
- * volume takes the fast way. */
+/* Owned samples may be turned to this machine's byte order where they lie: one pass, after which
+ * every reader of the volume takes the fast way. */
 static void turn_bytes(void *samples, int64_t bytes, size_t size) {
     unsigned char *at = samples;
     for (int64_t n = 0; n + (int64_t)size <= bytes; n += (int64_t)size)

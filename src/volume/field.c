@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Fields over dense volumes: the rule for borders and non-finite samples, values one by one, in rows and in tiles. */
+/* Fields over dense volumes: the rule for borders and non-finite samples, values one by one, in
+ * rows and in tiles. */
 #include "volume/field.h"
 #include "volume/field_rows.h"
 #include "core/context.h"
@@ -69,7 +70,8 @@ static int64_t clamp_index(int64_t i, int64_t size) {
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z) {
     const int64_t *size = field->grid->size;
     int64_t i = x - field->border, j = y - field->border, k = z - field->border;
-    int64_t ci = clamp_index(i, size[0]), cj = clamp_index(j, size[1]), ck = clamp_index(k, size[2]);
+    int64_t ci = clamp_index(i, size[0]), cj = clamp_index(j, size[1]),
+            ck = clamp_index(k, size[2]);
     double d = settle(field, qni_grid_value(field->grid, ci, cj, ck));
     return i == ci && j == cj && k == ck ? d : outside_of(field, d);
 }
@@ -87,8 +89,10 @@ double qni_field_extended_value(const qni_field *field, const int64_t point[3]) 
 }
 
 /* `count` lattice points from (x, y, z) along x; all must be true samples of the grid. */
-static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, int64_t count, double *out) {
-    qni_grid_load_row(field->grid, x - field->border, y - field->border, z - field->border, count, out);
+static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, int64_t count,
+                     double *out) {
+    qni_grid_load_row(field->grid, x - field->border, y - field->border, z - field->border, count,
+                      out);
     const qn_grid *grid = field->grid;
     bool may_be_huge = grid->scalar == QN_F64 || grid->slope != 1 || grid->intercept != 0;
     if (field->nonfinite_distance > 0 || may_be_huge) {
@@ -105,7 +109,8 @@ void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, do
     const qn_grid *grid = field->grid;
     int64_t j = y - field->border, k = z - field->border;
     int64_t cj = clamp_index(j, grid->size[1]), ck = clamp_index(k, grid->size[2]);
-    load_row(field, field->border, cj + field->border, ck + field->border, grid->size[0], out + field->border);
+    load_row(field, field->border, cj + field->border, ck + field->border, grid->size[0],
+             out + field->border);
     if (j != cj || k != ck)
         for (int64_t n = 0; n < grid->size[0]; ++n)
             out[field->border + n] = outside_of(field, out[field->border + n]);
@@ -116,10 +121,12 @@ void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, do
 }
 
 /* Lattice points [from, end) of lattice row (y, z), all inside the lattice, into out[0 ..]. */
-static void load_lattice_part(const qni_field *field, int64_t from, int64_t end, int64_t y, int64_t z, double *out) {
+static void load_lattice_part(const qni_field *field, int64_t from, int64_t end, int64_t y,
+                              int64_t z, double *out) {
     const int64_t *size = field->grid->size;
     int64_t border = field->border;
-    int64_t cy = clamp_index(y - border, size[1]) + border, cz = clamp_index(z - border, size[2]) + border;
+    int64_t cy = clamp_index(y - border, size[1]) + border,
+            cz = clamp_index(z - border, size[2]) + border;
     int64_t first = clamp_index(from - border, size[0]) + border;
     int64_t last = clamp_index(end - 1 - border, size[0]) + border;
     load_row(field, first, cy, cz, last - first + 1, out + (first - from));
@@ -135,7 +142,8 @@ static void load_lattice_part(const qni_field *field, int64_t from, int64_t end,
 void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]) {
     bool inner = true;
     for (int a = 0; a < 3; ++a)
-        inner = inner && cell[a] >= field->border && cell[a] + 1 < field->samples[a] - field->border;
+        inner =
+            inner && cell[a] >= field->border && cell[a] + 1 < field->samples[a] - field->border;
     for (int n = 0; n < 4; ++n) {
         const int64_t y = cell[1] + (n & 1), z = cell[2] + (n >> 1);
         if (inner) {
@@ -159,7 +167,8 @@ static tile_span span_of(const qni_field *field, int axis, int64_t from) {
     return span;
 }
 
-/* Continue a line of the tile linearly beyond the lattice, one point on each side, and repeat after that. */
+/* Continue a line of the tile linearly beyond the lattice, one point on each side, and repeat after
+ * that. */
 static void extrapolate(double *line, int stride, tile_span span) {
     double *first = line + span.begin * stride, *last = line + (span.end - 1) * stride;
     int several = span.end - span.begin > 1;
@@ -171,7 +180,8 @@ static void extrapolate(double *line, int stride, tile_span span) {
 
 static void load_tile_at_end(const qni_field *field, const int64_t from[3],
                              double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
-    tile_span x = span_of(field, 0, from[0]), y = span_of(field, 1, from[1]), z = span_of(field, 2, from[2]);
+    tile_span x = span_of(field, 0, from[0]), y = span_of(field, 1, from[1]),
+              z = span_of(field, 2, from[2]);
     for (int n = z.begin; n < z.end; ++n) {
         for (int m = y.begin; m < y.end; ++m) {
             load_lattice_part(field, from[0] + x.begin, from[0] + x.end, from[1] + m, from[2] + n,

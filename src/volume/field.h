@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
-/* A field: what a surfacer sees of a volume at one iso-value. Values are less iso, so the surface is at 0 and a sample
- * is above when its value is >= 0. Surfacers ask for leaves (8^3 cells) by their signs, row by row, and for tiles of
- * values round one leaf; they never learn how the volume stores its samples. A sparse volume answers the same calls
- * from its own leaves.
+/* A field: what a surfacer sees of a volume at one iso-value. Values are less iso, so the surface
+ * is at 0 and a sample is above when its value is >= 0. Surfacers ask for leaves (8^3 cells) by
+ * their signs, row by row, and for tiles of values round one leaf; they never learn how the volume
+ * stores its samples. A sparse volume answers the same calls from its own leaves.
  *
- * Lattice point (0, 0, 0) is sample (0, 0, 0) of an open field; a closed field has one virtual layer of outside
- * samples on every side, so its sample (0, 0, 0) is lattice point (1, 1, 1). */
+ * Lattice point (0, 0, 0) is sample (0, 0, 0) of an open field; a closed field has one virtual
+ * layer of outside samples on every side, so its sample (0, 0, 0) is lattice point (1, 1, 1). */
 #ifndef QNI_VOLUME_FIELD_H
 #define QNI_VOLUME_FIELD_H
 
 #include "volume/volume.h"
 
 enum {
-    QNI_LEAF = 8,                  /* cells along a leaf's side */
-    QNI_LEAF_SAMPLES = 9,          /* samples that touch its cells */
-    QNI_TILE = 11,                 /* samples along a tile's side: one more on each side, for gradients */
+    QNI_LEAF = 8,         /* cells along a leaf's side */
+    QNI_LEAF_SAMPLES = 9, /* samples that touch its cells */
+    QNI_TILE = 11,        /* samples along a tile's side: one more on each side, for gradients */
     QNI_TILE_SAMPLES = QNI_TILE * QNI_TILE * QNI_TILE
 };
 
@@ -28,7 +28,8 @@ typedef struct qni_field {
     int64_t leaves[3];
     double world[3][4]; /* lattice point to world */
 
-    /* Stored-value form of `value >= 0` for contiguous samples: (stored >= threshold) != inverted. */
+    /* Stored-value form of `value >= 0` for contiguous samples: (stored >= threshold) != inverted.
+     */
     bool direct; /* this form may be used */
     bool inverted;
     int constant; /* -1, or the answer for every stored value */
@@ -47,8 +48,9 @@ typedef struct qni_field {
 qn_status qni_field_init(const qn_volume *volume, double isovalue, bool inside_below, bool open,
                          qni_field *field_out, qn_error *error);
 
-/* Count the non-finite samples and set the distance for them: one pass over the data, needed only after a scan
- * met one, and at once for fields that scans cannot look at in their stored form (`!direct`). */
+/* Count the non-finite samples and set the distance for them: one pass over the data, needed only
+ * after a scan met one, and at once for fields that scans cannot look at in their stored form
+ * (`!direct`). */
 void qni_field_measure_nonfinite(qn_context *context, qni_field *field);
 
 /* Value of any lattice point. */
@@ -61,21 +63,23 @@ double qni_field_extended_value(const qni_field *field, const int64_t point[3]);
 
 /* ---- leaves by their signs ------------------------------------------------------------------- */
 
-/* Leaves come in rows along x, rows in bands of up to 8 neighbours along y, so that rows of samples are packed once
- * and read in long runs. Bands are the unit of parallel work. */
+/* Leaves come in rows along x, rows in bands of up to 8 neighbours along y, so that rows of samples
+ * are packed once and read in long runs. Bands are the unit of parallel work. */
 enum { QNI_BAND_ROWS = 8, QNI_BAND_LINES = QNI_BAND_ROWS * QNI_LEAF + 1 };
 
 /* Room for the signs of one band. */
 typedef struct qni_scan {
     int64_t line_bytes; /* bytes of one packed line of lattice points along x */
-    uint8_t *bits;      /* [9][QNI_BAND_LINES][line_bytes]: bit x of line (z, y): the point is above */
+    uint8_t *bits; /* [9][QNI_BAND_LINES][line_bytes]: bit x of line (z, y): the point is above */
     uint8_t *all, *any; /* [QNI_BAND_ROWS][line_bytes]: and, or over the 81 lines of each row */
     double *values;     /* [samples along x]: for lines without the direct form */
     int32_t rows;       /* rows in the scanned band */
-    bool met_nonfinite; /* a direct scan found a sample that is not finite: measure and begin again */
+    bool met_nonfinite; /* a direct scan found a sample that is not finite: measure and begin again
+                         */
 } qni_scan;
 
-qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan_out, qn_error *error);
+qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan_out,
+                          qn_error *error);
 void qni_scan_destroy(qn_context *context, const qni_field *field, qni_scan *scan);
 
 /* Rows are numbered y first, in the order of the output. */
@@ -96,8 +100,9 @@ void qni_scan_leaf(const qni_scan *scan, int32_t row, int64_t leaf_x,
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
-/* The values round a leaf, tile[z][y][x], from lattice point 8 leaf - 1 on. One point beyond the lattice's ends they
- * are extrapolated linearly, so that central differences turn into one-sided ones there; further out they mean nothing. */
+/* The values round a leaf, tile[z][y][x], from lattice point 8 leaf - 1 on. One point beyond the
+ * lattice's ends they are extrapolated linearly, so that central differences turn into one-sided
+ * ones there; further out they mean nothing. */
 void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
                          double tile[QNI_TILE][QNI_TILE][QNI_TILE]);
 /* Ask for the samples of a tile that will be loaded soon. */

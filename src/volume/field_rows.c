@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Rows of samples by type: conversion to values, the stored threshold, packing of signs (SSE2 where there is). */
+/* Rows of samples by type: conversion to values, the stored threshold, packing of signs (SSE2 where
+ * there is). */
 #include "volume/field_rows.h"
 
 #include <math.h>
@@ -12,7 +13,7 @@
 /* ---- conversion ------------------------------------------------------------------------------ */
 
 #define LOAD_CONTIGUOUS(name, type, text)                                                          \
-    static void load_##name(const void *from, int64_t count, double *out) {                       \
+    static void load_##name(const void *from, int64_t count, double *out) {                        \
         const type *stored = from;                                                                 \
         for (int64_t n = 0; n < count; ++n)                                                        \
             out[n] = (double)stored[n];                                                            \
@@ -25,7 +26,8 @@ static bool row_is_plain(const qn_grid *grid, const void *from) {
     return !grid->swapped && grid->stride[0] == (int64_t)size && (uintptr_t)from % size == 0;
 }
 
-void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count, double *out) {
+void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,
+                       double *out) {
     const char *from = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +
                        k * grid->stride[2];
     if (!row_is_plain(grid, from)) {
@@ -52,8 +54,8 @@ void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int
 
 /* ---- threshold ------------------------------------------------------------------------------- */
 
-/* Numbers of a type in ascending order, from their place in that order. Floats: the sign-magnitude bits
- * turned into a two's complement order; infinities are the ends. */
+/* Numbers of a type in ascending order, from their place in that order. Floats: the sign-magnitude
+ * bits turned into a two's complement order; infinities are the ends. */
 static double float_at(int64_t place) {
     uint32_t bits = place >= 0 ? (uint32_t)place : 0x80000000u | (uint32_t)(-place);
     float value;
@@ -62,7 +64,8 @@ static double float_at(int64_t place) {
 }
 
 static double double_at(int64_t place) {
-    uint64_t bits = place >= 0 ? (uint64_t)place : UINT64_C(0x8000000000000000) | (uint64_t)(-place);
+    uint64_t bits =
+        place >= 0 ? (uint64_t)place : UINT64_C(0x8000000000000000) | (uint64_t)(-place);
     double value;
     memcpy(&value, &bits, sizeof value);
     return value;
@@ -74,9 +77,12 @@ static double stored_at(qn_scalar scalar, int64_t place) {
 
 static void place_range(qn_scalar scalar, int64_t *first, int64_t *last) {
     static const int64_t ends[QN_SCALAR_COUNT][2] = {
-        [QN_U8] = {0, UINT8_MAX},         [QN_I8] = {INT8_MIN, INT8_MAX},
-        [QN_U16] = {0, UINT16_MAX},       [QN_I16] = {INT16_MIN, INT16_MAX},
-        [QN_U32] = {0, UINT32_MAX},       [QN_I32] = {INT32_MIN, INT32_MAX},
+        [QN_U8] = {0, UINT8_MAX},
+        [QN_I8] = {INT8_MIN, INT8_MAX},
+        [QN_U16] = {0, UINT16_MAX},
+        [QN_I16] = {INT16_MIN, INT16_MAX},
+        [QN_U32] = {0, UINT32_MAX},
+        [QN_I32] = {INT32_MIN, INT32_MAX},
         [QN_F32] = {-0x7f800000, 0x7f800000},
         [QN_F64] = {-0x7ff0000000000000, 0x7ff0000000000000},
     };
@@ -94,12 +100,14 @@ void qni_field_set_threshold(qni_field *field) {
     const qn_grid *grid = field->grid;
     field->direct = row_is_plain(grid, grid->samples);
     for (int a = 1; a < 3; ++a)
-        field->direct = field->direct && grid->stride[a] % (int64_t)qn_scalar_size(grid->scalar) == 0;
+        field->direct =
+            field->direct && grid->stride[a] % (int64_t)qn_scalar_size(grid->scalar) == 0;
     field->inverted = grid->slope < 0;
     field->constant = -1;
     int64_t low, high;
     place_range(grid->scalar, &low, &high);
-    /* Rounding is monotone, so the answer turns once. Find the first place where it differs from `inverted`. */
+    /* Rounding is monotone, so the answer turns once. Find the first place where it differs from
+     * `inverted`. */
     if (is_above(field, stored_at(grid->scalar, high)) == field->inverted) {
         field->constant = field->inverted;
         return;
@@ -137,7 +145,8 @@ static uint32_t group_I8(const int8_t *p, int8_t t) {
 static uint32_t group_U16(const uint16_t *p, uint16_t t) {
     const __m128i limit = _mm_set1_epi16((short)t), zero = _mm_setzero_si128();
     __m128i a = _mm_cmpeq_epi16(_mm_subs_epu16(limit, _mm_loadu_si128((const __m128i *)p)), zero);
-    __m128i b = _mm_cmpeq_epi16(_mm_subs_epu16(limit, _mm_loadu_si128((const __m128i *)(p + 8))), zero);
+    __m128i b =
+        _mm_cmpeq_epi16(_mm_subs_epu16(limit, _mm_loadu_si128((const __m128i *)(p + 8))), zero);
     return (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(a, b));
 }
 
@@ -231,7 +240,8 @@ static void store_group(uint8_t *bits, uint32_t group, int64_t count) {
 
 /* The tail that fills no group of 16 goes through a padded copy. */
 #define PACK(name, type, limit, ...)                                                               \
-    static uint32_t pack_##name(const qni_field *field, const void *from, int64_t count, uint8_t *bits) { \
+    static uint32_t pack_##name(const qni_field *field, const void *from, int64_t count,           \
+                                uint8_t *bits) {                                                   \
         const type *p = from, t = (type)(limit);                                                   \
         const uint32_t turn = field->inverted ? 0xffffu : 0;                                       \
         uint32_t odd = 0;                                                                          \
@@ -255,7 +265,8 @@ PACK(I32, int32_t, field->threshold.whole)
 PACK(F32, float, field->threshold.f32, AND_ODD)
 PACK(F64, double, field->threshold.f64, AND_ODD)
 
-static uint32_t pack_by_type(const qni_field *field, const void *from, int64_t count, uint8_t *bits) {
+static uint32_t pack_by_type(const qni_field *field, const void *from, int64_t count,
+                             uint8_t *bits) {
     switch (field->grid->scalar) {
 #define PACK_CASE(name, type, text)                                                                \
     case QN_##name:                                                                                \

@@ -6,18 +6,20 @@
 #include "volume/field.h"
 
 /* `count` samples from (i, j, k) along x, as values: slope * stored + intercept. */
-void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count, double *out);
+void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,
+                       double *out);
 
-/* A whole tile of plain samples less the iso-value, from sample (i, j, k) on; false when the grid is not contiguous
- * along x, swapped, or scaled, and nothing was done. */
-bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3], double tile[QNI_TILE][QNI_TILE][QNI_TILE]);
+/* A whole tile of plain samples less the iso-value, from sample (i, j, k) on; false when the grid
+ * is not contiguous along x, swapped, or scaled, and nothing was done. */
+bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3],
+                              double tile[QNI_TILE][QNI_TILE][QNI_TILE]);
 
 /* Find the stored value at which `value >= iso` turns, by bisection of the very expression that is
  * evaluated elsewhere, so that both agree for every stored value. */
 void qni_field_set_threshold(qni_field *field);
 
-/* Sign bits of the samples (0 .. size[0] - 1, j, k), bit n of byte n / 8; returns true when a sample is not
- * finite. Only for fields with `direct`. The last byte's unused bits are 0. */
+/* Sign bits of the samples (0 .. size[0] - 1, j, k), bit n of byte n / 8; returns true when a
+ * sample is not finite. Only for fields with `direct`. The last byte's unused bits are 0. */
 bool qni_field_pack_row(const qni_field *field, int64_t j, int64_t k, uint8_t *bits);
 
 /* All lattice points of row (y, z), virtual ones included. */

@@ -14,7 +14,8 @@ static int64_t line_bytes_of(const qni_field *field) {
     return (field->samples[0] / 8 + 2 + 2 + 7) / 8 * 8;
 }
 
-qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan, qn_error *error) {
+qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan,
+                          qn_error *error) {
     memset(scan, 0, sizeof *scan);
     scan->line_bytes = line_bytes_of(field);
     scan->bits = qni_alloc_zero(context, (LINES + 2 * QNI_BAND_ROWS) * scan->line_bytes, 1);
@@ -73,7 +74,8 @@ static bool is_virtual(const qni_field *field, int axis, int64_t at) {
 }
 
 /* The signs of one lattice row. */
-static void pack_lattice_row(const qni_field *field, int64_t y, int64_t z, qni_scan *scan, uint8_t *bits) {
+static void pack_lattice_row(const qni_field *field, int64_t y, int64_t z, qni_scan *scan,
+                             uint8_t *bits) {
     const int64_t points = field->samples[0];
     if (is_virtual(field, 1, y) || is_virtual(field, 2, z)) {
         memset(bits, field->inside_below ? 0xff : 0, (size_t)scan->line_bytes);
@@ -117,7 +119,8 @@ static void gather_all_and_any(qni_scan *scan, int32_t row) {
     memset(any, 0, (size_t)scan->line_bytes);
     for (int z = 0; z < QNI_LEAF_SAMPLES; ++z)
         for (int y = 0; y < QNI_LEAF_SAMPLES; ++y) {
-            const uint64_t *bits = (const uint64_t *)(const void *)line_of(scan, z, row * QNI_LEAF + y);
+            const uint64_t *bits =
+                (const uint64_t *)(const void *)line_of(scan, z, row * QNI_LEAF + y);
             for (int64_t w = 0; w < words; ++w) {
                 all[w] &= bits[w];
                 any[w] |= bits[w];
@@ -132,7 +135,8 @@ void qni_field_scan_band(const qni_field *field, int64_t band, qni_scan *scan) {
     scan->rows = left < QNI_BAND_ROWS ? (int32_t)left : QNI_BAND_ROWS;
     for (int z = 0; z < QNI_LEAF_SAMPLES; ++z)
         for (int y = 0; y <= scan->rows * QNI_LEAF; ++y) {
-            const int64_t at_y = (int64_t)leaf[0] * QNI_LEAF + y, at_z = (int64_t)leaf[1] * QNI_LEAF + z;
+            const int64_t at_y = (int64_t)leaf[0] * QNI_LEAF + y,
+                          at_z = (int64_t)leaf[1] * QNI_LEAF + z;
             uint8_t *bits = line_of(scan, z, y);
             if (at_z >= field->samples[2]) {
                 memcpy(bits, line_of(scan, z - 1, y), (size_t)scan->line_bytes);
@@ -153,7 +157,8 @@ static unsigned nine_bits(const uint8_t *bits, int64_t leaf_x) {
 
 bool qni_scan_is_mixed(const qni_scan *scan, int32_t row, int64_t leaf_x) {
     const int64_t from = row * scan->line_bytes;
-    return nine_bits(scan->all + from, leaf_x) != 0x1ffu && nine_bits(scan->any + from, leaf_x) != 0;
+    return nine_bits(scan->all + from, leaf_x) != 0x1ffu &&
+           nine_bits(scan->any + from, leaf_x) != 0;
 }
 
 void qni_scan_leaf(const qni_scan *scan, int32_t row, int64_t leaf_x,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Tiles of plain samples: where emission reads the volume. Rows have a fixed length, so compilers unroll the plain
- * form; with AVX2 a row is three vectors of four, the last two overlapping. Both give the same bits. */
+/* Tiles of plain samples: where emission reads the volume. Rows have a fixed length, so compilers
+ * unroll the plain form; with AVX2 a row is three vectors of four, the last two overlapping. Both
+ * give the same bits. */
 #include "volume/field_rows.h"
 
 #include <string.h>
@@ -42,11 +43,13 @@ AVX2 static inline __m256d four_I8(const int8_t *p) {
 }
 
 AVX2 static inline __m256d four_U16(const uint16_t *p) {
-    return _mm256_cvtepi32_pd(_mm_cvtepu16_epi32(_mm_loadl_epi64((const __m128i *)(const void *)p)));
+    return _mm256_cvtepi32_pd(
+        _mm_cvtepu16_epi32(_mm_loadl_epi64((const __m128i *)(const void *)p)));
 }
 
 AVX2 static inline __m256d four_I16(const int16_t *p) {
-    return _mm256_cvtepi32_pd(_mm_cvtepi16_epi32(_mm_loadl_epi64((const __m128i *)(const void *)p)));
+    return _mm256_cvtepi32_pd(
+        _mm_cvtepi16_epi32(_mm_loadl_epi64((const __m128i *)(const void *)p)));
 }
 
 AVX2 static inline __m256d four_I32(const int32_t *p) {
@@ -95,12 +98,13 @@ static load_tile *loader_of(qn_scalar scalar) {
     return plain[scalar];
 }
 
-bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3], double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
+bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3],
+                              double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
     const qn_grid *grid = field->grid;
     if (!field->direct || grid->scalar == QN_F64 || grid->slope != 1 || grid->intercept != 0)
         return false;
-    const char *at = (const char *)grid->samples + from[0] * grid->stride[0] + from[1] * grid->stride[1] +
-                     from[2] * grid->stride[2];
+    const char *at = (const char *)grid->samples + from[0] * grid->stride[0] +
+                     from[1] * grid->stride[1] + from[2] * grid->stride[2];
     loader_of(grid->scalar)(at, grid->stride, field->isovalue, tile);
     return true;
 }

@@ -18,7 +18,8 @@ double qni_grid_stored(const qn_grid *grid, int64_t i, int64_t j, int64_t k);
 /* Its value: slope * stored + intercept, two roundings. */
 double qni_grid_value(const qn_grid *grid, int64_t i, int64_t j, int64_t k);
 
-/* Samples read from a file, to hand over to qn_volume_create(): memory of the context, released with it. */
+/* Samples read from a file, to hand over to qn_volume_create(): memory of the context, released
+ * with it. */
 qn_status qni_volume_own(qn_context *context, qn_grid *grid, void *samples, int64_t bytes,
                          const char *format, qn_volume **volume_out, qn_error *error);
 

@@ -68,6 +68,7 @@ int main(int argc, char **argv) {
         argv += 2;
         argc -= 2;
     }
-    const bench_engine engine = {keep_doubled ? "quoin --manifold off" : "quoin", true, true, true, prepare, extract, clear};
+    const bench_engine engine = {
+        keep_doubled ? "quoin --manifold off" : "quoin", true, true, true, prepare, extract, clear};
     return bench_main(&engine, argc, argv);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* What no surfacer can beat: reading every sample once, and writing the mesh into fresh memory. Both are run in
- * the process, at the time and on the number of threads of what they are compared with. */
+/* What no surfacer can beat: reading every sample once, and writing the mesh into fresh memory.
+ * Both are run in the process, at the time and on the number of threads of what they are compared
+ * with. */
 #include "bench/bench.h"
 
 #include <pthread.h>
@@ -41,7 +42,7 @@ PACK_PLAIN(f32, float, )
 
 #ifdef HAVE_X86
 #define AVX512 __attribute__((target("avx512f,avx512bw")))
-#define AVX2 __attribute__((target("avx2")))
+#define AVX2   __attribute__((target("avx2")))
 
 AVX512 static void avx512_u8(const void *samples, int64_t words, double limit, uint64_t *bits) {
     const uint8_t *p = samples;
@@ -55,18 +56,23 @@ AVX512 static void avx512_u16(const void *samples, int64_t words, double limit, 
     const __m512i least = _mm512_set1_epi16((short)whole_limit(limit));
     for (int64_t w = 0; w < words; ++w) {
         const uint64_t low = _mm512_cmpge_epu16_mask(_mm512_loadu_si512(p + BLOCK * w), least);
-        bits[w] = low | (uint64_t)_mm512_cmpge_epu16_mask(_mm512_loadu_si512(p + BLOCK * w + 32), least) << 32;
+        bits[w] =
+            low | (uint64_t)_mm512_cmpge_epu16_mask(_mm512_loadu_si512(p + BLOCK * w + 32), least)
+                      << 32;
     }
 }
 
-AVX512 static void avx512_u16_swapped(const void *samples, int64_t words, double limit, uint64_t *bits) {
+AVX512 static void avx512_u16_swapped(const void *samples, int64_t words, double limit,
+                                      uint64_t *bits) {
     const uint16_t *p = samples;
     const __m512i least = _mm512_set1_epi16((short)whole_limit(limit));
-    const __m512i swap = _mm512_broadcast_i32x4(_mm_set_epi8(14, 15, 12, 13, 10, 11, 8, 9, 6, 7, 4, 5, 2, 3, 0, 1));
+    const __m512i swap =
+        _mm512_broadcast_i32x4(_mm_set_epi8(14, 15, 12, 13, 10, 11, 8, 9, 6, 7, 4, 5, 2, 3, 0, 1));
     for (int64_t w = 0; w < words; ++w) {
         const __m512i a = _mm512_shuffle_epi8(_mm512_loadu_si512(p + BLOCK * w), swap);
         const __m512i b = _mm512_shuffle_epi8(_mm512_loadu_si512(p + BLOCK * w + 32), swap);
-        bits[w] = _mm512_cmpge_epu16_mask(a, least) | (uint64_t)_mm512_cmpge_epu16_mask(b, least) << 32;
+        bits[w] = _mm512_cmpge_epu16_mask(a, least) | (uint64_t)_mm512_cmpge_epu16_mask(b, least)
+                                                          << 32;
     }
 }
 
@@ -75,7 +81,9 @@ AVX512 static void avx512_i16(const void *samples, int64_t words, double limit, 
     const __m512i least = _mm512_set1_epi16((short)whole_limit(limit));
     for (int64_t w = 0; w < words; ++w) {
         const uint64_t low = _mm512_cmpge_epi16_mask(_mm512_loadu_si512(p + BLOCK * w), least);
-        bits[w] = low | (uint64_t)_mm512_cmpge_epi16_mask(_mm512_loadu_si512(p + BLOCK * w + 32), least) << 32;
+        bits[w] =
+            low | (uint64_t)_mm512_cmpge_epi16_mask(_mm512_loadu_si512(p + BLOCK * w + 32), least)
+                      << 32;
     }
 }
 
@@ -85,7 +93,9 @@ AVX512 static void avx512_f32(const void *samples, int64_t words, double limit, 
     for (int64_t w = 0; w < words; ++w) {
         uint64_t word = 0;
         for (int n = 0; n < 4; ++n)
-            word |= (uint64_t)_mm512_cmp_ps_mask(_mm512_loadu_ps(p + BLOCK * w + 16 * n), least, _CMP_GE_OQ) << (16 * n);
+            word |= (uint64_t)_mm512_cmp_ps_mask(_mm512_loadu_ps(p + BLOCK * w + 16 * n), least,
+                                                 _CMP_GE_OQ)
+                    << (16 * n);
         bits[w] = word;
     }
 }
@@ -96,7 +106,8 @@ AVX2 static void avx2_u8(const void *samples, int64_t words, double limit, uint6
     for (int64_t w = 0; w < words; ++w) {
         uint64_t word = 0;
         for (int n = 0; n < 2; ++n) {
-            const __m256i v = _mm256_loadu_si256((const __m256i *)(const void *)(p + BLOCK * w + 32 * n));
+            const __m256i v =
+                _mm256_loadu_si256((const __m256i *)(const void *)(p + BLOCK * w + 32 * n));
             const __m256i above = _mm256_cmpeq_epi8(_mm256_max_epu8(v, least), v);
             word |= (uint64_t)(uint32_t)_mm256_movemask_epi8(above) << (32 * n);
         }
@@ -104,21 +115,27 @@ AVX2 static void avx2_u8(const void *samples, int64_t words, double limit, uint6
     }
 }
 
-/* Sixteen-bit samples: `flip` turns unsigned order into signed order, `swap` turns the bytes round. */
-AVX2 static inline void avx2_words(const void *samples, int64_t words, int least_value, int flip, bool swap, uint64_t *bits) {
+/* Sixteen-bit samples: `flip` turns unsigned order into signed order, `swap` turns the bytes round.
+ */
+AVX2 static inline void avx2_words(const void *samples, int64_t words, int least_value, int flip,
+                                   bool swap, uint64_t *bits) {
     const uint16_t *p = samples;
-    const __m256i below_least = _mm256_set1_epi16((short)(least_value ^ flip)), turn = _mm256_set1_epi16((short)flip);
-    const __m256i order = _mm256_broadcastsi128_si256(_mm_set_epi8(14, 15, 12, 13, 10, 11, 8, 9, 6, 7, 4, 5, 2, 3, 0, 1));
+    const __m256i below_least = _mm256_set1_epi16((short)(least_value ^ flip)),
+                  turn = _mm256_set1_epi16((short)flip);
+    const __m256i order = _mm256_broadcastsi128_si256(
+        _mm_set_epi8(14, 15, 12, 13, 10, 11, 8, 9, 6, 7, 4, 5, 2, 3, 0, 1));
     for (int64_t w = 0; w < words; ++w) {
         uint64_t word = 0;
         for (int n = 0; n < 2; ++n) {
             __m256i half[2];
             for (int h = 0; h < 2; ++h) {
-                __m256i v = _mm256_loadu_si256((const __m256i *)(const void *)(p + BLOCK * w + 32 * n + 16 * h));
+                __m256i v = _mm256_loadu_si256(
+                    (const __m256i *)(const void *)(p + BLOCK * w + 32 * n + 16 * h));
                 v = swap ? _mm256_shuffle_epi8(v, order) : v;
                 half[h] = _mm256_cmpgt_epi16(below_least, _mm256_xor_si256(v, turn));
             }
-            const __m256i packed = _mm256_permute4x64_epi64(_mm256_packs_epi16(half[0], half[1]), 0xd8);
+            const __m256i packed =
+                _mm256_permute4x64_epi64(_mm256_packs_epi16(half[0], half[1]), 0xd8);
             word |= (uint64_t) ~(uint32_t)_mm256_movemask_epi8(packed) << (32 * n);
         }
         bits[w] = word;
@@ -129,7 +146,8 @@ AVX2 static void avx2_u16(const void *samples, int64_t words, double limit, uint
     avx2_words(samples, words, (int)whole_limit(limit), 0x8000, false, bits);
 }
 
-AVX2 static void avx2_u16_swapped(const void *samples, int64_t words, double limit, uint64_t *bits) {
+AVX2 static void avx2_u16_swapped(const void *samples, int64_t words, double limit,
+                                  uint64_t *bits) {
     avx2_words(samples, words, (int)whole_limit(limit), 0x8000, true, bits);
 }
 
@@ -143,7 +161,8 @@ AVX2 static void avx2_f32(const void *samples, int64_t words, double limit, uint
     for (int64_t w = 0; w < words; ++w) {
         uint64_t word = 0;
         for (int n = 0; n < 8; ++n) {
-            const __m256 above = _mm256_cmp_ps(_mm256_loadu_ps(p + BLOCK * w + 8 * n), least, _CMP_GE_OQ);
+            const __m256 above =
+                _mm256_cmp_ps(_mm256_loadu_ps(p + BLOCK * w + 8 * n), least, _CMP_GE_OQ);
             word |= (uint64_t)(unsigned)_mm256_movemask_ps(above) << (8 * n);
         }
         bits[w] = word;
@@ -170,13 +189,15 @@ const char *bench_read_pass_name(void) {
 
 static pack_function *pack_of(const bench_volume *volume) {
 #ifdef HAVE_X86
-#define PACKS(name) {plain_##name, avx2_##name, avx512_##name}
+#define PACKS(name)                                                                                \
+    { plain_##name, avx2_##name, avx512_##name }
 #else
-#define PACKS(name) {plain_##name, plain_##name, plain_##name}
+#define PACKS(name)                                                                                \
+    { plain_##name, plain_##name, plain_##name }
 #endif
     static pack_function *const u8[LEVELS] = PACKS(u8), *const u16[LEVELS] = PACKS(u16),
-                         *const swapped[LEVELS] = PACKS(u16_swapped), *const i16[LEVELS] = PACKS(i16),
-                         *const f32[LEVELS] = PACKS(f32);
+                                *const swapped[LEVELS] = PACKS(u16_swapped),
+                                *const i16[LEVELS] = PACKS(i16), *const f32[LEVELS] = PACKS(f32);
     switch (volume->scalar) {
     case QN_U8:
         return u8[level()];
@@ -189,7 +210,8 @@ static pack_function *pack_of(const bench_volume *volume) {
     }
 }
 
-/* ---- threads ----------------------------------------------------------------------------------- */
+/* ---- threads -----------------------------------------------------------------------------------
+ */
 
 typedef struct share {
     pack_function *pack; /* NULL: fill instead */
@@ -230,8 +252,10 @@ void bench_read_pass(const bench_volume *volume, int threads, uint8_t *bits) {
     for (int t = 0; t < threads; ++t) {
         const int64_t from = words * t / threads, end = words * (t + 1) / threads;
         const char *samples = volume->samples;
-        shares[t] = (share){pack_of(volume), samples + from * BLOCK * (int64_t)qn_scalar_size(volume->scalar),
-                            volume->iso, end - from, bits + 8 * from, 0};
+        shares[t] = (share){
+            pack_of(volume), samples + from * BLOCK * (int64_t)qn_scalar_size(volume->scalar),
+            volume->iso,     end - from,
+            bits + 8 * from, 0};
     }
     run_shares(shares, threads);
 }

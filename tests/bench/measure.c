@@ -22,7 +22,8 @@ bench_time bench_since(bench_time start) {
     return passed;
 }
 
-/* The first line of a file or a command's output that starts with `key`, after it and what separates them. */
+/* The first line of a file or a command's output that starts with `key`, after it and what
+ * separates them. */
 static void find_line(FILE *file, const char *key, char *text, size_t capacity) {
     char line[512];
     text[0] = 0;

@@ -12,7 +12,8 @@ typedef struct bench_time {
 bench_time bench_now(void);
 bench_time bench_since(bench_time start);
 
-/* Bytes of this process in memory, and the most since the reset; 0 where the system does not tell. */
+/* Bytes of this process in memory, and the most since the reset; 0 where the system does not tell.
+ */
 int64_t bench_resident(void);
 int64_t bench_peak_resident(void);
 void bench_reset_peak_resident(void);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* What a mesh of the noisy volume is: cracks, manifoldness, and whether its ambiguous faces are as exact arithmetic
- * says the bilinear interpolant runs there. */
+/* What a mesh of the noisy volume is: cracks, manifoldness, and whether its ambiguous faces are as
+ * exact arithmetic says the bilinear interpolant runs there. */
 #include "bench/topology.h"
 #include "bench/bench.h"
 #include "lib/mesh_measure.h"
@@ -21,7 +21,8 @@ static test_field field_of(const bench_volume *volume, double iso) {
     return field;
 }
 
-/* ---- ambiguous faces ----------------------------------------------------------------------------- */
+/* ---- ambiguous faces
+ * ----------------------------------------------------------------------------- */
 
 /* One number for each lattice face, and for its three axes. */
 static int64_t face_number(const test_field *field, const test_face *face) {
@@ -29,7 +30,8 @@ static int64_t face_number(const test_field *field, const test_face *face) {
     return s[0] + n[0] * (s[1] + n[1] * (s[2] + n[2] * face->axis));
 }
 
-/* Ambiguous, and the two products of the decider differ by more than a millionth: no matter of rounding. */
+/* Ambiguous, and the two products of the decider differ by more than a millionth: no matter of
+ * rounding. */
 static test_face_state clear_state(const test_field *field, const test_face *face) {
     const test_face_state state = test_face_decide(field, *face, NULL);
     if (state == TEST_FACE_PLAIN)
@@ -60,8 +62,10 @@ static bool edge_of_vertex(const float position[3], test_edge *edge) {
     return broken == 1;
 }
 
-/* The lattice face that holds both edges, when they are two of its neighbouring sides; the corner between them. */
-static bool common_face(const test_edge *a, const test_edge *b, test_face *face, int64_t corner[3]) {
+/* The lattice face that holds both edges, when they are two of its neighbouring sides; the corner
+ * between them. */
+static bool common_face(const test_edge *a, const test_edge *b, test_face *face,
+                        int64_t corner[3]) {
     if (a->axis == b->axis)
         return false;
     face->axis = 3 - a->axis - b->axis;
@@ -72,17 +76,20 @@ static bool common_face(const test_edge *a, const test_edge *b, test_face *face,
     face->sample[b->axis] = b->sample[b->axis];
     corner[a->axis] = b->sample[a->axis];
     corner[b->axis] = a->sample[b->axis];
-    const int64_t along_a = corner[a->axis] - a->sample[a->axis], along_b = corner[b->axis] - b->sample[b->axis];
+    const int64_t along_a = corner[a->axis] - a->sample[a->axis],
+                  along_b = corner[b->axis] - b->sample[b->axis];
     return (along_a == 0 || along_a == 1) && (along_b == 0 || along_b == 1);
 }
 
-/* A segment of a face cuts one corner off: in a face whose corners above are joined that corner must be below. */
-static void see_mesh_edge(const test_field *field, const float *positions, uint32_t a, uint32_t b, uint8_t *seen) {
+/* A segment of a face cuts one corner off: in a face whose corners above are joined that corner
+ * must be below. */
+static void see_mesh_edge(const test_field *field, const float *positions, uint32_t a, uint32_t b,
+                          uint8_t *seen) {
     test_edge from, to;
     test_face face;
     int64_t corner[3];
-    if (!edge_of_vertex(positions + 3 * (int64_t)a, &from) || !edge_of_vertex(positions + 3 * (int64_t)b, &to) ||
-        !common_face(&from, &to, &face, corner))
+    if (!edge_of_vertex(positions + 3 * (int64_t)a, &from) ||
+        !edge_of_vertex(positions + 3 * (int64_t)b, &to) || !common_face(&from, &to, &face, corner))
         return;
     const test_face_state state = clear_state(field, &face);
     if (state == TEST_FACE_PLAIN)
@@ -104,12 +111,14 @@ static face_tally tally_faces(const test_field *field, const qn_mesh_view *view)
     memset(seen, 0, (size_t)(3 * size[0] * size[1] * size[2]));
     for (int64_t t = 0; t < view->triangle_count; ++t)
         for (int n = 0; n < 3; ++n)
-            see_mesh_edge(field, view->positions, view->triangles[3 * t + n], view->triangles[3 * t + (n + 1) % 3], seen);
+            see_mesh_edge(field, view->positions, view->triangles[3 * t + n],
+                          view->triangles[3 * t + (n + 1) % 3], seen);
     test_face face;
     for (face.axis = 0; face.axis < 3; ++face.axis)
         for (face.sample[2] = 0; face.sample[2] < size[2] - (face.axis != 2); ++face.sample[2])
             for (face.sample[1] = 0; face.sample[1] < size[1] - (face.axis != 1); ++face.sample[1])
-                for (face.sample[0] = 0; face.sample[0] < size[0] - (face.axis != 0); ++face.sample[0]) {
+                for (face.sample[0] = 0; face.sample[0] < size[0] - (face.axis != 0);
+                     ++face.sample[0]) {
                     if (clear_state(field, &face) == TEST_FACE_PLAIN)
                         continue;
                     const uint8_t flags = seen[face_number(field, &face)];
@@ -122,9 +131,10 @@ static face_tally tally_faces(const test_field *field, const qn_mesh_view *view)
     return tally;
 }
 
-/* Of a dual mesh: either its connectivity is, quad by quad, that of the reference, whose faces are decided exactly, or
- * the comparison ends the program with a sentence. */
-static face_tally match_faces(const test_field *field, const qn_mesh *mesh, const qn_mesh_view *view) {
+/* Of a dual mesh: either its connectivity is, quad by quad, that of the reference, whose faces are
+ * decided exactly, or the comparison ends the program with a sentence. */
+static face_tally match_faces(const test_field *field, const qn_mesh *mesh,
+                              const qn_mesh_view *view) {
     test_reference reference = test_reference_make(field);
     test_match match = test_match_mesh(field, &reference, mesh);
     face_tally tally = tally_faces(field, view);
@@ -134,7 +144,8 @@ static face_tally match_faces(const test_field *field, const qn_mesh *mesh, cons
     return tally;
 }
 
-/* ---- rows ---------------------------------------------------------------------------------------- */
+/* ---- rows
+ * ---------------------------------------------------------------------------------------- */
 
 static bool print_row(const topology_engine *engine, const bench_volume *volume, double iso) {
     qn_context *context = test_context(0);
@@ -155,16 +166,19 @@ static bool print_row(const topology_engine *engine, const bench_volume *volume,
     }
     const int64_t inside = test_mesh_cracks(mesh, low, high);
     test_field field = field_of(volume, iso);
-    printf("| %s | %g | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | ",
-           engine->name, iso, (long long)report.vertex_count, (long long)(report.quad_count + report.triangle_count),
-           (long long)inside, (long long)(report.boundary_edges - inside), (long long)report.nonmanifold_edges,
-           (long long)report.nonmanifold_vertices, (long long)report.components,
-           (long long)report.euler_characteristic, (long long)report.degenerate_faces,
-           (long long)report.duplicate_positions, (long long)report.self_intersections);
+    printf(
+        "| %s | %g | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | %lld | ",
+        engine->name, iso, (long long)report.vertex_count,
+        (long long)(report.quad_count + report.triangle_count), (long long)inside,
+        (long long)(report.boundary_edges - inside), (long long)report.nonmanifold_edges,
+        (long long)report.nonmanifold_vertices, (long long)report.components,
+        (long long)report.euler_characteristic, (long long)report.degenerate_faces,
+        (long long)report.duplicate_positions, (long long)report.self_intersections);
     if (engine->repaired) {
         printf("as before repair |\n");
     } else {
-        const face_tally faces = engine->dual ? match_faces(&field, mesh, &view) : tally_faces(&field, &view);
+        const face_tally faces =
+            engine->dual ? match_faces(&field, mesh, &view) : tally_faces(&field, &view);
         printf("%lld / %lld / %lld of %lld |\n", (long long)faces.right, (long long)faces.other,
                (long long)faces.both, (long long)faces.faces);
     }
@@ -178,8 +192,10 @@ int topology_main(const topology_engine *engine) {
     bench_volume volume;
     if (!bench_volume_make(NOISY, &volume))
         return 0;
-    printf("| engine | iso | V | F | boundary edges inside | on the box | non-manifold edges | vertices | components | "
-           "Euler | degenerate F | duplicate V | self-intersections | clear ambiguous faces: right / other / both |\n"
+    printf("| engine | iso | V | F | boundary edges inside | on the box | non-manifold edges | "
+           "vertices | components | "
+           "Euler | degenerate F | duplicate V | self-intersections | clear ambiguous faces: right "
+           "/ other / both |\n"
            "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     const bool good = print_row(engine, &volume, 2048) && print_row(engine, &volume, 2048.5);
     bench_volume_free(&volume);

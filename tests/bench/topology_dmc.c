@@ -6,7 +6,8 @@
 static qn_context *context;
 static qn_mesh *mesh;
 
-static bool surface_of(bool keep_doubled, const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+static bool surface_of(bool keep_doubled, const uint16_t *samples, const int64_t size[3],
+                       double iso, qn_mesh_view *view) {
     qn_grid grid;
     memset(&grid, 0, sizeof grid);
     grid.samples = samples;
@@ -29,11 +30,13 @@ static bool surface_of(bool keep_doubled, const uint16_t *samples, const int64_t
     return good;
 }
 
-static bool repaired(const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+static bool repaired(const uint16_t *samples, const int64_t size[3], double iso,
+                     qn_mesh_view *view) {
     return surface_of(false, samples, size, iso, view);
 }
 
-static bool doubled(const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+static bool doubled(const uint16_t *samples, const int64_t size[3], double iso,
+                    qn_mesh_view *view) {
     return surface_of(true, samples, size, iso, view);
 }
 

@@ -28,14 +28,27 @@ static const source sources[BENCH_VOLUMES] = {
     {.name = "gen2-256-f32", .formula = "gen2", .n = 256, .scalar = QN_F32},
     {.name = "gen2-256-u16", .formula = "gen2", .n = 256, .scalar = QN_U16},
     {.name = "gen2-256-u8", .formula = "gen2", .n = 256, .scalar = QN_U8},
-    {.name = "noisy-u16", .scalar = QN_U16, .file = "volumes/noisy_synthetic_256x256x256_u16le.raw.gz",
-     .size = {256, 256, 256}, .iso = 2048},
-    {.name = "cthead-u16be", .scalar = QN_U16, .file = "volumes/cthead_male_ct_256x256x113_u16be.raw.gz",
-     .size = {256, 256, 113}, .big_endian = true, .iso = 1200.5},
-    {.name = "cranium-i16", .scalar = QN_I16, .file = "volumes/cranium_ct_256x256x108_i16le.raw.gz",
-     .size = {256, 256, 108}, .iso = 226.5},
-    {.name = "engine-u8", .scalar = QN_U8, .file = "volumes/engine_ct_256x256x128_u8.raw.gz",
-     .size = {256, 256, 128}, .iso = 80.5},
+    {.name = "noisy-u16",
+     .scalar = QN_U16,
+     .file = "volumes/noisy_synthetic_256x256x256_u16le.raw.gz",
+     .size = {256, 256, 256},
+     .iso = 2048},
+    {.name = "cthead-u16be",
+     .scalar = QN_U16,
+     .file = "volumes/cthead_male_ct_256x256x113_u16be.raw.gz",
+     .size = {256, 256, 113},
+     .big_endian = true,
+     .iso = 1200.5},
+    {.name = "cranium-i16",
+     .scalar = QN_I16,
+     .file = "volumes/cranium_ct_256x256x108_i16le.raw.gz",
+     .size = {256, 256, 108},
+     .iso = 226.5},
+    {.name = "engine-u8",
+     .scalar = QN_U8,
+     .file = "volumes/engine_ct_256x256x128_u8.raw.gz",
+     .size = {256, 256, 128},
+     .iso = 80.5},
 };
 
 const char *bench_volume_name(int index) {
@@ -57,7 +70,8 @@ static bool read_file(const source *from, bench_volume *volume) {
     bool good = qn_volume_read(context, path, &options, &read, &error) == QN_OK;
     if (good) {
         const qn_grid *grid = qn_volume_grid(read);
-        const size_t bytes = (size_t)(grid->size[0] * grid->size[1] * grid->size[2]) * qn_scalar_size(grid->scalar);
+        const size_t bytes =
+            (size_t)(grid->size[0] * grid->size[1] * grid->size[2]) * qn_scalar_size(grid->scalar);
         void *copy = test_alloc(bytes, 1);
         memcpy(copy, grid->samples, bytes);
         memcpy(volume->size, grid->size, sizeof volume->size);
@@ -80,7 +94,8 @@ bool bench_volume_make(int index, bench_volume *volume) {
     if (!from->formula)
         return read_file(from, volume);
     volume->size[0] = volume->size[1] = volume->size[2] = from->n;
-    volume->samples = test_analytic_samples(test_analytic_find(from->formula), from->n, from->scalar);
+    volume->samples =
+        test_analytic_samples(test_analytic_find(from->formula), from->n, from->scalar);
     volume->iso = test_analytic_iso(from->scalar);
     return true;
 }

@@ -20,7 +20,8 @@ static void demand(bool holds, const char *what) {
 static void check_mesh(const qn_mesh *mesh) {
     qn_mesh_view view = qn_mesh_get_view(mesh);
     for (int64_t i = 0; i < 4 * view.quad_count; ++i)
-        demand((int64_t)view.quads[i] < view.vertex_count, "a quad names a vertex that is not there");
+        demand((int64_t)view.quads[i] < view.vertex_count,
+               "a quad names a vertex that is not there");
     for (int64_t i = 0; i < 3 * view.triangle_count; ++i)
         demand((int64_t)view.triangles[i] < view.vertex_count,
                "a triangle names a vertex that is not there");

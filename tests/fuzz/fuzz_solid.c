@@ -28,11 +28,14 @@ static void ask(const qn_solid *solid) {
     demand(solid->ops->values(solid, 2, ends, values) == QN_OK, "no values");
     demand(solid->ops->gradients(solid, 2, ends, gradients, owners) == QN_OK, "no gradients");
     demand(solid->ops->bounds(solid, &box, range) == QN_OK, "no bounds");
-    demand(values[0] >= range[0] && values[0] <= range[1] && values[1] >= range[0] && values[1] <= range[1],
+    demand(values[0] >= range[0] && values[0] <= range[1] && values[1] >= range[0] &&
+               values[1] <= range[1],
            "a value out of its bounds");
-    demand(solid->ops->crossings(solid, ends[0], ends[1], 8, crossings, &count) == QN_OK, "no crossings");
+    demand(solid->ops->crossings(solid, ends[0], ends[1], 8, crossings, &count) == QN_OK,
+           "no crossings");
     demand(count >= 0 && count <= 8, "too many crossings");
-    demand((count % 2 != 0) == ((values[0] < 0) != (values[1] < 0)), "crossings that disagree with the ends");
+    demand((count % 2 != 0) == ((values[0] < 0) != (values[1] < 0)),
+           "crossings that disagree with the ends");
     demand(solid->ops->restrict_to(solid, &box, &restricted) == QN_OK, "not restricted");
     qn_solid_destroy(restricted);
 }
@@ -49,8 +52,10 @@ int fuzz_solid_read(const char *name, const uint8_t *bytes, size_t size) {
         how.smooth_primitives = smooth;
         qn_solid *solid;
         qn_error error = {0};
-        qn_status status = qn_solid_read_text(context, name, (const char *)bytes, (int64_t)size, &how, &solid, &error);
-        demand((status == QN_OK) == (solid != NULL), "a status that does not say whether there is a solid");
+        qn_status status = qn_solid_read_text(context, name, (const char *)bytes, (int64_t)size,
+                                              &how, &solid, &error);
+        demand((status == QN_OK) == (solid != NULL),
+               "a status that does not say whether there is a solid");
         demand(status == QN_OK || error.message[0], "a failure without a sentence");
         if (solid)
             ask(solid);

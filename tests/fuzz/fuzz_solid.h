@@ -6,7 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Read the bytes as a file of this name; what is read is asked everything once. Aborts on a broken promise. */
+/* Read the bytes as a file of this name; what is read is asked everything once. Aborts on a broken
+ * promise. */
 int fuzz_solid_read(const char *name, const uint8_t *bytes, size_t size);
 
 #endif

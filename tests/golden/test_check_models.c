@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-/* qn_mesh_check() on found models against other judges: edges, components and Euler characteristic counted
- * with NumPy and SciPy, intersecting pairs of triangles with CGAL 5.5.1 (box_self_intersection_d and exact
- * predicates, with Quoin's rule for shared vertices). None of these numbers came from Quoin. */
+/* qn_mesh_check() on found models against other judges: edges, components and Euler characteristic
+ * counted with NumPy and SciPy, intersecting pairs of triangles with CGAL 5.5.1
+ * (box_self_intersection_d and exact predicates, with Quoin's rule for shared vertices). None of
+ * these numbers came from Quoin. */
 #include "lib/support.h"
 
 typedef struct model {

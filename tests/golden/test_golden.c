@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* golden.csv: counts and bytes of meshes as they were agreed on. With --update the table is
- * rewritten with what comes out now, so that a change is seen as a diff of the table. "-" stays: it stands for
- * the bytes of fields that need sin, cos or exp, which C libraries round differently. */
+ * rewritten with what comes out now, so that a change is seen as a diff of the table. "-" stays: it
+ * stands for the bytes of fields that need sin, cos or exp, which C libraries round differently. */
 #include "golden/golden_case.h"
 
 static const char *table_path;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* A user's first C++ program: the same sphere; a wrong option is an error with a sentence, not a crash. */
+/* A user's first C++ program: the same sphere; a wrong option is an error with a sentence, not a
+ * crash. */
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -17,7 +18,8 @@ int main() {
     qn_context *context_pointer = nullptr;
     if (qn_context_create(nullptr, &context_pointer, &error))
         return 1;
-    std::unique_ptr<qn_context, void (*)(qn_context *)> context(context_pointer, qn_context_destroy);
+    std::unique_ptr<qn_context, void (*)(qn_context *)> context(context_pointer,
+                                                                qn_context_destroy);
     qn_grid grid = {};
     grid.samples = samples.data();
     grid.scalar = QN_F32;
@@ -32,7 +34,8 @@ int main() {
     options.isovalues = &isovalue;
     options.isovalue_count = 1;
     qn_mesh *mesh_pointer = nullptr;
-    qn_status status = qn_surface(context.get(), volume.get(), &options, &mesh_pointer, nullptr, &error);
+    qn_status status =
+        qn_surface(context.get(), volume.get(), &options, &mesh_pointer, nullptr, &error);
     if (status != QN_ERROR_INVALID_ARGUMENT || mesh_pointer || !error.message[0])
         return 2;
     isovalue = 7;
@@ -41,6 +44,7 @@ int main() {
         return 3;
     std::unique_ptr<qn_mesh, void (*)(qn_mesh *)> mesh(mesh_pointer, qn_mesh_destroy);
     qn_mesh_view view = qn_mesh_get_view(mesh.get());
-    std::printf("%lld vertices, %lld quads\n", (long long)view.vertex_count, (long long)view.quad_count);
+    std::printf("%lld vertices, %lld quads\n", (long long)view.vertex_count,
+                (long long)view.quad_count);
     return view.vertex_count - view.quad_count == 2 ? 0 : 4; /* a sphere */
 }

@@ -36,7 +36,8 @@ static void fill(grid *g, const double d[8]) {
                 const long double u = x, v = y, w = z, n = g->n;
                 long double sum = 0;
                 for (int c = 0; c < 8; ++c)
-                    sum += (c & 1 ? u : n - u) * (c & 2 ? v : n - v) * (c & 4 ? w : n - w) * (long double)d[c];
+                    sum += (c & 1 ? u : n - u) * (c & 2 ? v : n - v) * (c & 4 ? w : n - w) *
+                           (long double)d[c];
                 const int i = vertex(g, x, y, z);
                 g->value[i] = (double)sum;
                 g->parent[i] = i;
@@ -47,7 +48,8 @@ static bool differ(double a, double b) {
     return (a >= 0) != (b >= 0);
 }
 
-/* Joins within the square of a face; returns its segments. `parent` is of whatever the corners are numbered by. */
+/* Joins within the square of a face; returns its segments. `parent` is of whatever the corners are
+ * numbered by. */
 static int join_square(const double v[4], const int id[4], int *parent) {
     int crossings = 0;
     for (int k = 0; k < 4; ++k) {
@@ -110,7 +112,9 @@ test_refined test_refine_cell(const double d[8], int n) {
                 const int at[3] = {x, y, z}, i = vertex(&g, x, y, z);
                 for (int axis = 0; axis < 3; ++axis)
                     if (at[axis] < n)
-                        result.euler += differ(g.value[i], g.value[vertex(&g, x + (axis == 0), y + (axis == 1), z + (axis == 2))]);
+                        result.euler += differ(
+                            g.value[i],
+                            g.value[vertex(&g, x + (axis == 0), y + (axis == 1), z + (axis == 2))]);
                 for (int axis = 0; axis < 3; ++axis) {
                     double v[4];
                     int id[4];

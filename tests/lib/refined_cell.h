@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* The topology of the trilinear surface in one cell by brute force: the cell is cut into n^3 boxes, whose edges, faces and
- * corners say which parts above and below hang together. Tunnels narrower than a box may be missed, none is made up. */
+/* The topology of the trilinear surface in one cell by brute force: the cell is cut into n^3 boxes,
+ * whose edges, faces and corners say which parts above and below hang together. Tunnels narrower
+ * than a box may be missed, none is made up. */
 #ifndef TEST_REFINED_CELL_H
 #define TEST_REFINED_CELL_H
 

@@ -47,7 +47,8 @@ void test_scratch_remove(test_scratch *scratch) {
 }
 
 void test_put_file(const char *path, const void *bytes, size_t size) {
-    unlink(path); /* cutting a file off and writing it anew makes some file systems wait for the disk */
+    unlink(path); /* cutting a file off and writing it anew makes some file systems wait for the
+                     disk */
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
     assert_int_equal(fwrite(bytes, 1, size, file), size);

@@ -50,11 +50,14 @@ static void points_in(check *test, const qni_box *box, double (*points)[3]) {
     for (int n = 0; n < POINTS; ++n)
         for (int k = 0; k < 3; ++k)
             points[n][k] = n < 8 ? (n >> k & 1 ? box->high[k] : box->low[k])
-                                 : fmin(fmax(between(test, box->low[k], box->high[k]), box->low[k]), box->high[k]);
+                                 : fmin(fmax(between(test, box->low[k], box->high[k]), box->low[k]),
+                                        box->high[k]);
 }
 
-static void values_of(check *test, const qn_solid *solid, int count, double (*points)[3], double *values) {
-    CLAIM(test, solid->ops->values(solid, count, (const double(*)[3])points, values) == QN_OK, "no values");
+static void values_of(check *test, const qn_solid *solid, int count, double (*points)[3],
+                      double *values) {
+    CLAIM(test, solid->ops->values(solid, count, (const double(*)[3])points, values) == QN_OK,
+          "no values");
 }
 
 static void bounds_enclose(check *test) {
@@ -65,14 +68,15 @@ static void bounds_enclose(check *test) {
     CLAIM(test, test->solid->ops->bounds(test->solid, &box, range) == QN_OK, "no bounds");
     for (int n = 0; n < POINTS; ++n)
         CLAIM(test, values[n] >= range[0] && values[n] <= range[1],
-              "f(%.17g, %.17g, %.17g) = %.17g is not in [%.17g, %.17g]", points[n][0], points[n][1], points[n][2],
-              values[n], range[0], range[1]);
+              "f(%.17g, %.17g, %.17g) = %.17g is not in [%.17g, %.17g]", points[n][0], points[n][1],
+              points[n][2], values[n], range[0], range[1]);
 }
 
 static int crossings_of(check *test, const qn_solid *solid, const double a[3], const double b[3],
                         qni_crossing *crossings) {
     int32_t count = -1;
-    CLAIM(test, solid->ops->crossings(solid, a, b, ROOM, crossings, &count) == QN_OK, "no crossings");
+    CLAIM(test, solid->ops->crossings(solid, a, b, ROOM, crossings, &count) == QN_OK,
+          "no crossings");
     CLAIM(test, count >= 0 && count <= ROOM, "%d crossings", count);
     return count;
 }
@@ -82,17 +86,19 @@ static void restriction_changes_nothing(check *test) {
     double points[POINTS][3], values[POINTS], restricted_values[POINTS];
     points_in(test, &box, points);
     qn_solid *restricted;
-    CLAIM(test, test->solid->ops->restrict_to(test->solid, &box, &restricted) == QN_OK, "not restricted");
+    CLAIM(test, test->solid->ops->restrict_to(test->solid, &box, &restricted) == QN_OK,
+          "not restricted");
     values_of(test, test->solid, POINTS, points, values);
     values_of(test, restricted, POINTS, points, restricted_values);
     for (int n = 0; n < POINTS; ++n)
-        CLAIM(test, values[n] == restricted_values[n], "f = %.17g, restricted to a box around %.17g", values[n],
-              restricted_values[n]);
+        CLAIM(test, values[n] == restricted_values[n],
+              "f = %.17g, restricted to a box around %.17g", values[n], restricted_values[n]);
     for (int n = 8; n + 1 < POINTS; n += 2) {
         qni_crossing all[ROOM], some[ROOM];
         int count = crossings_of(test, test->solid, points[n], points[n + 1], all);
         int restricted_count = crossings_of(test, restricted, points[n], points[n + 1], some);
-        CLAIM(test, count == restricted_count, "%d crossings, %d when restricted", count, restricted_count);
+        CLAIM(test, count == restricted_count, "%d crossings, %d when restricted", count,
+              restricted_count);
         for (int i = 0; i < count; ++i)
             CLAIM(test, all[i].at == some[i].at && all[i].owner == some[i].owner,
                   "crossing %d at %.17g, restricted at %.17g", i, all[i].at, some[i].at);
@@ -106,7 +112,8 @@ static void along(const double a[3], const double b[3], double t, double point[3
 }
 
 /* Whether the list of crossings puts t inside; `near` is how far the next crossing is. */
-static bool inside_by_list(bool inside, const qni_crossing *crossings, int count, double t, double *near) {
+static bool inside_by_list(bool inside, const qni_crossing *crossings, int count, double t,
+                           double *near) {
     *near = 1;
     for (int i = 0; i < count; ++i) {
         *near = fmin(*near, fabs(crossings[i].at - t));
@@ -116,7 +123,8 @@ static bool inside_by_list(bool inside, const qni_crossing *crossings, int count
     return inside;
 }
 
-static void check_crossing(check *test, const double a[3], const double b[3], const qni_crossing *crossing) {
+static void check_crossing(check *test, const double a[3], const double b[3],
+                           const qni_crossing *crossing) {
     const double *n = crossing->normal;
     double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), size = 0, step = 0;
     CLAIM(test, fabs(length - 1) < 1e-12, "a normal of length %.17g", length);
@@ -126,14 +134,15 @@ static void check_crossing(check *test, const double a[3], const double b[3], co
     }
     if (test->claims->all)
         CLAIM(test, crossing->enters ? step <= 1e-6 * size : step >= -1e-6 * size,
-              "a normal that points into the solid: enters %d, %g along the segment", crossing->enters, step);
+              "a normal that points into the solid: enters %d, %g along the segment",
+              crossing->enters, step);
     if (test->claims->slope > 0) {
         double point[1][3], value;
         along(a, b, crossing->at, point[0]);
         values_of(test, test->solid, 1, point, &value);
         CLAIM(test, fabs(value) <= test->claims->slope * 1e-12 * (1 + size),
-              "f = %g at crossing %.17g of (%.17g, %.17g, %.17g) - (%.17g, %.17g, %.17g), owner %d", value,
-              crossing->at, a[0], a[1], a[2], b[0], b[1], b[2], crossing->owner);
+              "f = %g at crossing %.17g of (%.17g, %.17g, %.17g) - (%.17g, %.17g, %.17g), owner %d",
+              value, crossing->at, a[0], a[1], a[2], b[0], b[1], b[2], crossing->owner);
     }
 }
 
@@ -149,12 +158,13 @@ static void crossings_agree(check *test) {
     const double *a = ends[0], *b = ends[1];
     values_of(test, test->solid, 2, ends, values);
     int count = crossings_of(test, test->solid, a, b, crossings);
-    CLAIM(test, (count % 2 != 0) == ((values[0] < 0) != (values[1] < 0)), "%d crossings between %g and %g", count,
-          values[0], values[1]);
+    CLAIM(test, (count % 2 != 0) == ((values[0] < 0) != (values[1] < 0)),
+          "%d crossings between %g and %g", count, values[0], values[1]);
     for (int i = 0; i < count; ++i) {
-        CLAIM(test, crossings[i].enters == ((values[0] < 0) == (i % 2 != 0)), "crossing %d turns the wrong way", i);
-        CLAIM(test, crossings[i].at >= (i ? crossings[i - 1].at : 0) && crossings[i].at <= 1, "crossing at %g",
-              crossings[i].at);
+        CLAIM(test, crossings[i].enters == ((values[0] < 0) == (i % 2 != 0)),
+              "crossing %d turns the wrong way", i);
+        CLAIM(test, crossings[i].at >= (i ? crossings[i - 1].at : 0) && crossings[i].at <= 1,
+              "crossing at %g", crossings[i].at);
         check_crossing(test, a, b, &crossings[i]);
     }
     if (!test->claims->all)
@@ -166,8 +176,8 @@ static void crossings_agree(check *test) {
         double near;
         bool inside = inside_by_list(values[0] < 0, crossings, count, (n + 0.5) / SAMPLES, &near);
         CLAIM(test, near < 1e-9 || fabs(sampled[n]) < 1e-11 || inside == (sampled[n] < 0),
-              "f = %g where the crossings say %s, %g off the next one", sampled[n], inside ? "inside" : "outside",
-              near);
+              "f = %g where the crossings say %s, %g off the next one", sampled[n],
+              inside ? "inside" : "outside", near);
     }
 }
 
@@ -181,10 +191,13 @@ static void gradient_is_difference(check *test) {
     }
     values_of(test, test->solid, 1, centre, &middle);
     values_of(test, test->solid, 6, near, values);
-    CLAIM(test, test->solid->ops->gradients(test->solid, 1, (const double(*)[3])centre, gradient, NULL) == QN_OK,
+    CLAIM(test,
+          test->solid->ops->gradients(test->solid, 1, (const double(*)[3])centre, gradient, NULL) ==
+              QN_OK,
           "no gradient");
     for (int k = 0; k < 3; ++k) {
-        double before = (middle - values[2 * k]) / step, after = (values[2 * k + 1] - middle) / step;
+        double before = (middle - values[2 * k]) / step,
+               after = (values[2 * k + 1] - middle) / step;
         double tolerance = test->claims->difference * (1 + fabs(before));
         if (!(fabs(after - before) < tolerance)) /* a crease, or nothing there */
             continue;
@@ -194,7 +207,8 @@ static void gradient_is_difference(check *test) {
     }
 }
 
-void test_solid_claims(const char *name, const qn_solid *solid, const test_claims *claims, test_random *random) {
+void test_solid_claims(const char *name, const qn_solid *solid, const test_claims *claims,
+                       test_random *random) {
     check test = {name, solid, claims, random};
     for (int round = 0; round < claims->rounds; ++round) {
         bounds_enclose(&test);

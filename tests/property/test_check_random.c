@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* qn_mesh_check() on random soups against plain counting, every face with every other; and the same counts
- * when vertices and faces are shuffled and the axes turned, for every number of threads. */
+/* qn_mesh_check() on random soups against plain counting, every face with every other; and the same
+ * counts when vertices and faces are shuffled and the axes turned, for every number of threads. */
 #include "lib/support.h"
 #include "mesh/mesh.h"
 #include "mesh/predicates.h"
@@ -31,8 +31,18 @@ static int roll(int low, int high) {
 }
 
 static qn_mesh_report check(const soup *s, int32_t threads) {
-    const qn_mesh_view view = {s->vertices, s->quads,   s->triangles,   s->positions[0], NULL,
-                               s->quad[0],  s->triangle[0], "", "", NULL, 0, NULL};
+    const qn_mesh_view view = {s->vertices,
+                               s->quads,
+                               s->triangles,
+                               s->positions[0],
+                               NULL,
+                               s->quad[0],
+                               s->triangle[0],
+                               "",
+                               "",
+                               NULL,
+                               0,
+                               NULL};
     qn_context *context = test_context(threads);
     qn_mesh *mesh;
     qn_mesh_report report;
@@ -44,7 +54,8 @@ static qn_mesh_report check(const soup *s, int32_t threads) {
     return report;
 }
 
-/* ---- plain counting ------------------------------------------------------------------------------ */
+/* ---- plain counting
+ * ------------------------------------------------------------------------------ */
 
 static ring ring_of(const uint32_t *v, int n) {
     ring r = {0, {0}};
@@ -120,12 +131,14 @@ static bool share_an_edge(const ring *a, const ring *b, int64_t at_vertex) {
     return false;
 }
 
-/* Groups of the faces chosen by vertex (all for -1), joined by edges at that vertex (any for -1). */
+/* Groups of the faces chosen by vertex (all for -1), joined by edges at that vertex (any for -1).
+ */
 static int count_groups(int faces, int64_t vertex) {
     static int group[2 * MOST_FACES];
     int groups = 0;
     for (int f = 0; f < faces; ++f)
-        group[f] = rings[f].count && (vertex < 0 || has_vertex(&rings[f], (uint32_t)vertex)) ? f : -1;
+        group[f] =
+            rings[f].count && (vertex < 0 || has_vertex(&rings[f], (uint32_t)vertex)) ? f : -1;
     for (bool changes = true; changes;) {
         changes = false;
         for (int f = 0; f < faces; ++f)
@@ -147,7 +160,8 @@ static void count_vertices(const soup *s, int faces, qn_mesh_report *r) {
         r->unused_vertices += groups == 0;
         r->nonmanifold_vertices += groups > 1;
         for (int w = 0; w < v && groups; ++w)
-            if (s->positions[v][0] == s->positions[w][0] && s->positions[v][1] == s->positions[w][1] &&
+            if (s->positions[v][0] == s->positions[w][0] &&
+                s->positions[v][1] == s->positions[w][1] &&
                 s->positions[v][2] == s->positions[w][2] && count_groups(faces, w)) {
                 r->duplicate_positions += 1;
                 break;
@@ -181,7 +195,8 @@ static int split_soup(const soup *s, uint32_t out[][3]) {
         if (rings[s->quads + t].count)
             memcpy(out[count++], s->triangle[t], sizeof out[0]);
     for (int i = 0; i < count; ++i)
-        if (!qni_collinear(s->positions[out[i][0]], s->positions[out[i][1]], s->positions[out[i][2]]))
+        if (!qni_collinear(s->positions[out[i][0]], s->positions[out[i][1]],
+                           s->positions[out[i][2]]))
             memmove(out[kept++], out[i], sizeof out[0]);
     return kept;
 }
@@ -196,7 +211,8 @@ static int64_t count_meeting(const soup *s) {
     return met;
 }
 
-/* ---- soups ------------------------------------------------------------------------------------- */
+/* ---- soups -------------------------------------------------------------------------------------
+ */
 
 static void roll_soup(soup *s, int vertices, int quads, int triangles, int grid) {
     s->vertices = vertices;
@@ -269,7 +285,8 @@ static void larger_soups_have_the_same_pairs(void **state) {
     assert_true(pairs > 1000 * rounds);
 }
 
-/* ---- invariance ---------------------------------------------------------------------------------- */
+/* ---- invariance
+ * ---------------------------------------------------------------------------------- */
 
 static void shuffle(uint32_t *order, int count) {
     for (int i = 0; i < count; ++i)
@@ -284,7 +301,8 @@ static void shuffle(uint32_t *order, int count) {
 
 /* The same soup with vertices and triangles in another order and the axes turned or mirrored. */
 static void change_soup(const soup *from, soup *to, int symmetry) {
-    static const int axes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+    static const int axes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                   {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     static uint32_t vertex_order[MOST_VERTICES], face_order[MOST_FACES];
     shuffle(vertex_order, from->vertices);
     shuffle(face_order, from->triangles);

@@ -4,7 +4,8 @@
 
 #include <math.h>
 
-static const double sphere_radius = 0.73, ring_radius = 0.61, tube_radius = 0.22; /* of tests/lib/analytic.c */
+static const double sphere_radius = 0.73, ring_radius = 0.61,
+                    tube_radius = 0.22; /* of tests/lib/analytic.c */
 
 typedef struct curvatures {
     double mean, gaussian;
@@ -19,7 +20,8 @@ static curvatures of_sphere(const double p[3]) {
 
 static curvatures of_torus(const double p[3]) {
     const double distance = sqrt(p[0] * p[0] + p[1] * p[1]);
-    const double outward = (distance - ring_radius) / tube_radius; /* the cosine of the angle round the tube */
+    const double outward =
+        (distance - ring_radius) / tube_radius; /* the cosine of the angle round the tube */
     const double along = outward / (ring_radius + tube_radius * outward);
     curvatures c = {0.5 * (1 / tube_radius + along), along / tube_radius};
     return c;
@@ -30,8 +32,8 @@ typedef struct errors {
     double mean, gaussian, largest_mean, largest_gaussian;
 } errors;
 
-static errors measure(const char *name, int64_t n, curvatures (*exact)(const double[3]), double radius, bool normals,
-                      bool triangles) {
+static errors measure(const char *name, int64_t n, curvatures (*exact)(const double[3]),
+                      double radius, bool normals, bool triangles) {
     qn_context *context = test_context(2);
     void *samples;
     const test_analytic *analytic = test_analytic_find(name);
@@ -56,7 +58,8 @@ static errors measure(const char *name, int64_t n, curvatures (*exact)(const dou
             p[a] = analytic->first + step * (double)view.positions[3 * v + a];
         const curvatures c = exact(p);
         const double mean_off = fabs((double)mean[v] / step - c.mean) * radius;
-        const double gaussian_off = fabs((double)gaussian[v] / (step * step) - c.gaussian) * radius * radius;
+        const double gaussian_off =
+            fabs((double)gaussian[v] / (step * step) - c.gaussian) * radius * radius;
         e.mean += mean_off * mean_off;
         e.gaussian += gaussian_off * gaussian_off;
         e.largest_mean = fmax(e.largest_mean, mean_off);
@@ -64,9 +67,10 @@ static errors measure(const char *name, int64_t n, curvatures (*exact)(const dou
     }
     e.mean = sqrt(e.mean / (double)view.vertex_count);
     e.gaussian = sqrt(e.gaussian / (double)view.vertex_count);
-    printf("%s %lld%s%s: error of the mean %.4f (largest %.4f), of the Gaussian curvature %.4f (largest %.4f)\n", name,
-           (long long)n, normals ? "" : ", no normals", triangles ? ", triangles" : "", e.mean, e.largest_mean, e.gaussian,
-           e.largest_gaussian);
+    printf("%s %lld%s%s: error of the mean %.4f (largest %.4f), of the Gaussian curvature %.4f "
+           "(largest %.4f)\n",
+           name, (long long)n, normals ? "" : ", no normals", triangles ? ", triangles" : "",
+           e.mean, e.largest_mean, e.gaussian, e.largest_gaussian);
     free(mean);
     free(gaussian);
     qn_mesh_destroy(mesh);
@@ -92,10 +96,15 @@ static void spheres_and_tori_are_as_curved_as_their_formulas(void **state) {
 /* The sign follows the normals, a plane has none, and what has no faces gets 0. */
 static void signs_and_flats(void **state) {
     (void)state;
-    static const float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}, {9, 9, 9}};
+    static const float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0},
+                                          {0, 1, 0}, {2, 0, 0}, {9, 9, 9}};
     static const uint32_t quads[1][4] = {{0, 1, 2, 3}}, triangles[1][3] = {{1, 4, 2}};
-    const qn_mesh_view view = {.vertex_count = 6, .quad_count = 1, .triangle_count = 1, .positions = positions[0],
-                               .quads = quads[0], .triangles = triangles[0]};
+    const qn_mesh_view view = {.vertex_count = 6,
+                               .quad_count = 1,
+                               .triangle_count = 1,
+                               .positions = positions[0],
+                               .quads = quads[0],
+                               .triangles = triangles[0]};
     qn_context *context = test_context(1);
     qn_mesh *mesh;
     float mean[6] = {1, 1, 1, 1, 1, 1}, gaussian[6] = {1, 1, 1, 1, 1, 1};

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-/* With exact topology a closed mesh has the pieces and the Euler characteristic of the trilinear surface, found by cutting the
- * lattice's cells finely; it stays a 2-manifold of quads with right halfedges, the same for any thread count. */
+/* With exact topology a closed mesh has the pieces and the Euler characteristic of the trilinear
+ * surface, found by cutting the lattice's cells finely; it stays a 2-manifold of quads with right
+ * halfedges, the same for any thread count. */
 #include "lib/random_volume.h"
 #include "lib/refined_cell.h"
 #include "lib/test_volume.h"
 
-static qn_mesh *surface(qn_context *context, const test_field *field, qn_topology topology, bool halfedges,
-                        qn_surface_report *report) {
+static qn_mesh *surface(qn_context *context, const test_field *field, qn_topology topology,
+                        bool halfedges, qn_surface_report *report) {
     qn_volume *volume = test_field_volume(context, field);
     qn_surface_options options = test_field_options(field);
     qn_mesh *mesh;
@@ -58,12 +59,14 @@ static lattice make_lattice(const test_field *field) {
         for (int y = 0; y < l.size[1]; ++y)
             for (int x = 0; x < l.size[0]; ++x) {
                 const double value = test_field_distance(field, x - 1, y - 1, z - 1);
-                l.value[point(&l, x, y, z)] = value == 0 && !test_field_above(field, x - 1, y - 1, z - 1) ? -1e-200 : value;
+                l.value[point(&l, x, y, z)] =
+                    value == 0 && !test_field_above(field, x - 1, y - 1, z - 1) ? -1e-200 : value;
             }
     return l;
 }
 
-/* Edges and face segments of the lattice, less and more: the Euler characteristic of the surface's net on the faces. */
+/* Edges and face segments of the lattice, less and more: the Euler characteristic of the surface's
+ * net on the faces. */
 static int64_t net_euler(const lattice *l) {
     int64_t euler = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -78,8 +81,10 @@ static int64_t net_euler(const lattice *l) {
                         euler += (v[0] >= 0) != (v[step[axis]] >= 0);
                     if (at[p] + 1 == l->size[p] || at[q] + 1 == l->size[q])
                         continue;
-                    const bool s[4] = {v[0] >= 0, v[step[p]] >= 0, v[step[p] + step[q]] >= 0, v[step[q]] >= 0};
-                    euler -= ((s[0] != s[1]) + (s[1] != s[2]) + (s[2] != s[3]) + (s[3] != s[0])) / 2;
+                    const bool s[4] = {v[0] >= 0, v[step[p]] >= 0, v[step[p] + step[q]] >= 0,
+                                       v[step[q]] >= 0};
+                    euler -=
+                        ((s[0] != s[1]) + (s[1] != s[2]) + (s[2] != s[3]) + (s[3] != s[0])) / 2;
                 }
     }
     return euler;
@@ -140,9 +145,12 @@ static void compare_grid(qn_context *context, const test_field *field, agreement
         sum->late += cuts > 32;
     }
     if (!agree(&found, &of_exact))
-        print_message("%s: mesh of %lld pieces, Euler %lld, %lld tunnels; by brute force %lld pieces, Euler %lld, %lld tunnels\n",
-                      field->name, (long long)of_exact.components, (long long)of_exact.euler_characteristic,
-                      (long long)report.tunnels, (long long)found.components, (long long)found.euler, (long long)found.tunnels);
+        print_message("%s: mesh of %lld pieces, Euler %lld, %lld tunnels; by brute force %lld "
+                      "pieces, Euler %lld, %lld tunnels\n",
+                      field->name, (long long)of_exact.components,
+                      (long long)of_exact.euler_characteristic, (long long)report.tunnels,
+                      (long long)found.components, (long long)found.euler,
+                      (long long)found.tunnels);
     ++sum->grids;
     sum->exact += agree(&found, &of_exact);
     sum->discs += agree(&found, &of_discs);
@@ -164,9 +172,11 @@ static void compare_grids(qn_context *context, test_kind kind, int64_t count) {
         compare_grid(context, &field, &sum);
         test_field_free(&field);
     }
-    printf("%s: %lld grids of 5 x 5 x 5, %lld tunnels; as the trilinear surface: %lld with exact topology, %lld with discs; %lld "
-           "needed more than 32 boxes\n", test_kind_name(kind), (long long)sum.grids, (long long)sum.tunnels,
-           (long long)sum.exact, (long long)sum.discs, (long long)sum.late);
+    printf("%s: %lld grids of 5 x 5 x 5, %lld tunnels; as the trilinear surface: %lld with exact "
+           "topology, %lld with discs; %lld "
+           "needed more than 32 boxes\n",
+           test_kind_name(kind), (long long)sum.grids, (long long)sum.tunnels, (long long)sum.exact,
+           (long long)sum.discs, (long long)sum.late);
     assert_int_equal(sum.exact, sum.grids);
     assert_true(sum.discs < sum.grids);
 }
@@ -189,7 +199,8 @@ static void compare_halfedges(qn_context *context, const test_field *field, qn_m
     assert_int_equal(he.count, 4 * view.quad_count);
     for (int64_t h = 0; h < he.count; ++h)
         if (he.twin[h] != sorted.twin[h])
-            fail_msg("%s: halfedge %lld has twin %u, by sorting %u", field->name, (long long)h, he.twin[h], sorted.twin[h]);
+            fail_msg("%s: halfedge %lld has twin %u, by sorting %u", field->name, (long long)h,
+                     he.twin[h], sorted.twin[h]);
     for (int64_t v = 0; v < view.vertex_count; ++v)
         if (he.vertex_halfedge[v] != QN_NO_HALFEDGE)
             assert_int_equal(view.quads[he.vertex_halfedge[v]], v);
@@ -211,17 +222,20 @@ static void stays_a_manifold(void **state) {
         const qn_mesh_report found = check(context, mesh), before = check(context, discs);
         if (found.nonmanifold_edges || found.duplicate_faces || found.orientation_conflicts ||
             found.unused_vertices != before.unused_vertices ||
-            found.nonmanifold_vertices != before.nonmanifold_vertices || found.boundary_edges != before.boundary_edges ||
-            found.nonfinite_vertices)
-            fail_msg("%s, number %lld: %lld and %lld boundary, %lld non-manifold edges, %lld vertices, %lld duplicate faces, %lld "
-                     "conflicts, %lld unused", field.name, (long long)i, (long long)found.boundary_edges,
-                     (long long)before.boundary_edges, (long long)found.nonmanifold_edges, (long long)found.nonmanifold_vertices,
-                     (long long)found.duplicate_faces, (long long)found.orientation_conflicts,
-                     (long long)found.unused_vertices);
+            found.nonmanifold_vertices != before.nonmanifold_vertices ||
+            found.boundary_edges != before.boundary_edges || found.nonfinite_vertices)
+            fail_msg("%s, number %lld: %lld and %lld boundary, %lld non-manifold edges, %lld "
+                     "vertices, %lld duplicate faces, %lld "
+                     "conflicts, %lld unused",
+                     field.name, (long long)i, (long long)found.boundary_edges,
+                     (long long)before.boundary_edges, (long long)found.nonmanifold_edges,
+                     (long long)found.nonmanifold_vertices, (long long)found.duplicate_faces,
+                     (long long)found.orientation_conflicts, (long long)found.unused_vertices);
         assert_int_equal(plain.tunnels, 0); /* not looked for: discs cost nothing more */
         if (!field.open)
             assert_int_equal(report.restored_tunnels, report.tunnels);
-        assert_int_equal(found.euler_characteristic, before.euler_characteristic - 2 * report.restored_tunnels);
+        assert_int_equal(found.euler_characteristic,
+                         before.euler_characteristic - 2 * report.restored_tunnels);
         compare_halfedges(context, &field, mesh);
         assert_true(test_hash_mesh(mesh) == test_hash_mesh(again));
         tunnels += report.restored_tunnels;
@@ -233,7 +247,8 @@ static void stays_a_manifold(void **state) {
         qn_mesh_destroy(again);
         test_field_free(&field);
     }
-    printf("%lld tunnels restored, %lld left at the rim of open surfaces; of %lld new points, %lld not on the surface\n",
+    printf("%lld tunnels restored, %lld left at the rim of open surfaces; of %lld new points, %lld "
+           "not on the surface\n",
            (long long)tunnels, (long long)open_tunnels, (long long)points, (long long)left);
     assert_true(tunnels > 100);
     test_context_end(context);

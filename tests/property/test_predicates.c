@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The exact predicates against other ways to the same signs: 128-bit integers, fractions, constructions. */
+/* The exact predicates against other ways to the same signs: 128-bit integers, fractions,
+ * constructions. */
 #include "lib/support.h"
 #include "mesh/predicates.h"
 #include "mesh/triangle_pair.h"
@@ -23,7 +24,8 @@ static int sign_of(wide value) {
     return (value > 0) - (value < 0);
 }
 
-/* ---- orientation ------------------------------------------------------------------------------- */
+/* ---- orientation -------------------------------------------------------------------------------
+ */
 
 static int integer_orientation(const int64_t p[4][3]) {
     wide u[3], v[3], w[3], value = 0;
@@ -77,7 +79,7 @@ static void orientation_of_integers_is_exact(void **state) {
 
 static void orientation_of_wild_floats_is_exact(void **state) {
     (void)state;
-    static const int orders[6][4] = {{0, 1, 2, 1}, {1, 2, 0, 1},  {2, 0, 1, 1},
+    static const int orders[6][4] = {{0, 1, 2, 1},  {1, 2, 0, 1},  {2, 0, 1, 1},
                                      {1, 0, 2, -1}, {0, 2, 1, -1}, {2, 1, 0, -1}};
     for (size_t n = 0; n < sizeof orientation_table / sizeof orientation_table[0]; ++n) {
         const float(*p)[3] = orientation_table[n].points;
@@ -119,7 +121,8 @@ static void filter_and_expansions_agree(void **state) {
     }
 }
 
-/* ---- triangle against triangle ------------------------------------------------------------------- */
+/* ---- triangle against triangle
+ * ------------------------------------------------------------------- */
 
 /* A point with rational coordinates x / w, w > 0. */
 typedef struct point {
@@ -239,7 +242,8 @@ static bool segment_has_contact(const int64_t a[3], const int64_t b[3], const in
 }
 
 /* The common part of two triangles is the hull of points in which edges of one meet the other. */
-static bool constructed_contact(const int64_t s[3][3], const int64_t t[3][3], const allowed *shared) {
+static bool constructed_contact(const int64_t s[3][3], const int64_t t[3][3],
+                                const allowed *shared) {
     for (int i = 0; i < 3; ++i)
         if (segment_has_contact(s[i], s[(i + 1) % 3], t, shared) ||
             segment_has_contact(t[i], t[(i + 1) % 3], s, shared))
@@ -310,7 +314,8 @@ static void triangles_meet_as_constructed(void **state) {
 
 static bool meet_turned(const float f[6][3], const pair *p, int symmetry) {
     float g[6][3];
-    static const int axes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+    static const int axes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                   {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     for (int k = 0; k < 6; ++k)
         for (int i = 0; i < 3; ++i) {
             float x = f[k][axes[symmetry % 6][i]];

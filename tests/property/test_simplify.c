@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Simplification and relaxation keep what a mesh is: topology, orientation, halfedges, the surface under the vertices; and
- * reach the figures of [DMC21] Tables 4 and 8. */
+/* Simplification and relaxation keep what a mesh is: topology, orientation, halfedges, the surface
+ * under the vertices; and reach the figures of [DMC21] Tables 4 and 8. */
 #include "lib/analytic.h"
 #include "lib/random_volume.h"
 #include "lib/trilinear.h"
@@ -26,14 +26,18 @@ static void expect_same(const char *name, const char *what, int64_t before, int6
 }
 
 /* Everything that a removal of quads must leave as it was. */
-static void expect_same_surface(const char *name, const qn_mesh_report *before, const qn_mesh_report *after) {
+static void expect_same_surface(const char *name, const qn_mesh_report *before,
+                                const qn_mesh_report *after) {
     expect_same(name, "non-manifold edges", before->nonmanifold_edges, after->nonmanifold_edges);
-    expect_same(name, "non-manifold vertices", before->nonmanifold_vertices, after->nonmanifold_vertices);
-    expect_same(name, "orientation conflicts", before->orientation_conflicts, after->orientation_conflicts);
+    expect_same(name, "non-manifold vertices", before->nonmanifold_vertices,
+                after->nonmanifold_vertices);
+    expect_same(name, "orientation conflicts", before->orientation_conflicts,
+                after->orientation_conflicts);
     expect_same(name, "boundary edges", before->boundary_edges, after->boundary_edges);
     expect_same(name, "components", before->components, after->components);
     expect_same(name, "closed components", before->closed_components, after->closed_components);
-    expect_same(name, "Euler characteristics", before->euler_characteristic, after->euler_characteristic);
+    expect_same(name, "Euler characteristics", before->euler_characteristic,
+                after->euler_characteristic);
     expect_same(name, "unused vertices", before->unused_vertices, after->unused_vertices);
     if (after->duplicate_faces > before->duplicate_faces)
         fail_msg("%s: new duplicate faces", name);
@@ -49,20 +53,25 @@ static void expect_right_halfedges(qn_context *context, const char *name, const 
     expect_same(name, "halfedges", built.count, patched.count);
     for (int64_t h = 0; h < built.count; ++h)
         if (built.twin[h] != patched.twin[h])
-            fail_msg("%s: twin of %lld is %u, not %u", name, (long long)h, patched.twin[h], built.twin[h]);
+            fail_msg("%s: twin of %lld is %u, not %u", name, (long long)h, patched.twin[h],
+                     built.twin[h]);
     for (int64_t v = 0; v < view.vertex_count; ++v) {
         const uint32_t own = patched.vertex_halfedge[v], other = built.vertex_halfedge[v];
         if ((own == QN_NO_HALFEDGE) != (other == QN_NO_HALFEDGE))
             fail_msg("%s: vertex %lld has, or has not, a halfedge", name, (long long)v);
-        if (own != QN_NO_HALFEDGE && (view.quads[own] != (uint32_t)v ||
-                                      (built.twin[other] == QN_NO_HALFEDGE && built.twin[own] != QN_NO_HALFEDGE)))
-            fail_msg("%s: halfedge of vertex %lld is %u, %u would be right", name, (long long)v, own, other);
+        if (own != QN_NO_HALFEDGE &&
+            (view.quads[own] != (uint32_t)v ||
+             (built.twin[other] == QN_NO_HALFEDGE && built.twin[own] != QN_NO_HALFEDGE)))
+            fail_msg("%s: halfedge of vertex %lld is %u, %u would be right", name, (long long)v,
+                     own, other);
     }
     qn_mesh_destroy(again);
 }
 
-/* Off the surface beyond rounding, in the cell that holds the place moved by `nudge` along each axis. */
-static double excess(const test_field *field, const float world[3], const double index[3], const double nudge[3]) {
+/* Off the surface beyond rounding, in the cell that holds the place moved by `nudge` along each
+ * axis. */
+static double excess(const test_field *field, const float world[3], const double index[3],
+                     const double nudge[3]) {
     const double moved[3] = {index[0] + nudge[0], index[1] + nudge[1], index[2] + nudge[2]};
     int64_t cell[3];
     test_cell_of(field, moved, cell);
@@ -70,8 +79,8 @@ static double excess(const test_field *field, const float world[3], const double
     return standing.deviation - standing.allowance;
 }
 
-/* Vertices stand on the trilinear surface as closely as floats can, in whichever cell they are (on a border between cells
- * rounding may have put them on the other side). */
+/* Vertices stand on the trilinear surface as closely as floats can, in whichever cell they are (on
+ * a border between cells rounding may have put them on the other side). */
 static void expect_on_surface(const test_field *field, const qn_mesh *mesh) {
     const qn_mesh_view view = qn_mesh_get_view(mesh);
     for (int64_t v = 0; v < view.vertex_count; ++v) {
@@ -80,16 +89,18 @@ static void expect_on_surface(const test_field *field, const qn_mesh *mesh) {
         test_to_index(field, world, index);
         test_rounding(field, world, rounding);
         for (int n = 0; n < 27; ++n) {
-            const double nudge[3] = {(n % 3 - 1) * rounding[0], (n / 3 % 3 - 1) * rounding[1], (n / 9 - 1) * rounding[2]};
+            const double nudge[3] = {(n % 3 - 1) * rounding[0], (n / 3 % 3 - 1) * rounding[1],
+                                     (n / 9 - 1) * rounding[2]};
             least = fmin(least, excess(field, world, index, nudge));
         }
         if (!(least <= 1e-12 * field->largest_distance))
-            fail_msg("%s: vertex %lld is off the surface by %g more than rounding allows", field->name, (long long)v, least);
+            fail_msg("%s: vertex %lld is off the surface by %g more than rounding allows",
+                     field->name, (long long)v, least);
     }
 }
 
-static qn_mesh *surface(qn_context *context, const test_field *field, const qn_surface_options *extra,
-                        qn_surface_report *report) {
+static qn_mesh *surface(qn_context *context, const test_field *field,
+                        const qn_surface_options *extra, qn_surface_report *report) {
     qn_surface_options options = test_field_options(field);
     qn_volume *volume = test_field_volume(context, field);
     qn_mesh *mesh;
@@ -109,7 +120,8 @@ static qn_mesh *surface(qn_context *context, const test_field *field, const qn_s
 
 /* Kinds in which simplification finds something to do. */
 static test_field field_of(test_random *random, int64_t i) {
-    return test_random_field(random, i % 2 ? TEST_SMOOTHED_NOISE : (test_kind)(i / 2 % TEST_KIND_COUNT), 30);
+    return test_random_field(
+        random, i % 2 ? TEST_SMOOTHED_NOISE : (test_kind)(i / 2 % TEST_KIND_COUNT), 30);
 }
 
 static void topology_and_surface_stay(void **state) {
@@ -134,7 +146,8 @@ static void topology_and_surface_stay(void **state) {
         mesh = surface(context, &field, &options, &report);
         const qn_mesh_report after = check(context, mesh);
         expect_same_surface(field.name, &before, &after);
-        expect_same(field.name, "quads less those removed", before.quad_count - report.merged_quads - report.shrunk_quads,
+        expect_same(field.name, "quads less those removed",
+                    before.quad_count - report.merged_quads - report.shrunk_quads,
                     after.quad_count);
         expect_same(field.name, "reported vertices", report.vertices, after.vertex_count);
         expect_on_surface(&field, mesh);
@@ -145,8 +158,8 @@ static void topology_and_surface_stay(void **state) {
         qn_mesh_destroy(mesh);
         test_field_free(&field);
     }
-    printf("%lld quads merged (%lld without projection), %lld shrunk, %lld vertices relaxed\n", (long long)merged,
-           (long long)unprojected, (long long)shrunk, (long long)moved);
+    printf("%lld quads merged (%lld without projection), %lld shrunk, %lld vertices relaxed\n",
+           (long long)merged, (long long)unprojected, (long long)shrunk, (long long)moved);
     assert_true(merged > 1000 && shrunk > 100 && moved > 1000);
     test_context_end(context);
 }
@@ -161,7 +174,8 @@ static void nothing_is_left_and_halfedges_are_right(void **state) {
         qn_surface_options with_halfedges;
         qn_surface_options_init(&with_halfedges);
         with_halfedges.halfedges = true;
-        with_halfedges.keep_doubled = i % 4 == 3; /* then sorting pairs otherwise than the grid does */
+        with_halfedges.keep_doubled =
+            i % 4 == 3; /* then sorting pairs otherwise than the grid does */
         qn_mesh *mesh = surface(context, &field, &with_halfedges, NULL);
         const qni_simplify_options until_done = {.passes = 0};
         qni_simplify_report report;
@@ -175,8 +189,8 @@ static void nothing_is_left_and_halfedges_are_right(void **state) {
             expect_right_halfedges(context, field.name, mesh);
         assert_int_equal(qni_simplify(context, mesh, &until_done, &report, NULL), QN_OK);
         if (report.merged_quads + report.shrunk_quads > 0)
-            fail_msg("%s: %lld and %lld quads could still be removed", field.name, (long long)report.merged_quads,
-                     (long long)report.shrunk_quads);
+            fail_msg("%s: %lld and %lld quads could still be removed", field.name,
+                     (long long)report.merged_quads, (long long)report.shrunk_quads);
         qn_mesh_destroy(mesh);
         test_field_free(&field);
     }
@@ -227,8 +241,8 @@ static const figure_row figures[] = {
     {"iwp", 512, QN_F32, QN_INSIDE_ABOVE, 346907, 4.22, 0.90, 0.92},
 };
 
-static qn_mesh *figure_mesh(qn_context *context, const qn_volume *volume, const figure_row *row, int32_t passes,
-                            int32_t relax, qn_surface_report *report) {
+static qn_mesh *figure_mesh(qn_context *context, const qn_volume *volume, const figure_row *row,
+                            int32_t passes, int32_t relax, qn_surface_report *report) {
     qn_surface_options options;
     qn_error error;
     qn_mesh *mesh;
@@ -250,27 +264,30 @@ static void figures_of_the_paper_are_reached(void **state) {
         const figure_row *row = figures + i;
         void *samples;
         qn_surface_report report;
-        qn_volume *volume =
-            test_analytic_volume(context, test_analytic_find(row->name), row->n, row->scalar, &samples);
+        qn_volume *volume = test_analytic_volume(context, test_analytic_find(row->name), row->n,
+                                                 row->scalar, &samples);
         qn_mesh *mesh = figure_mesh(context, volume, row, -1, 0, &report);
-        printf("%s %lld: by the paper's rule %lld + %lld quads removed", row->name, (long long)row->n,
-               (long long)report.merged_quads, (long long)report.shrunk_quads);
+        printf("%s %lld: by the paper's rule %lld + %lld quads removed", row->name,
+               (long long)row->n, (long long)report.merged_quads, (long long)report.shrunk_quads);
         qn_mesh_destroy(mesh);
         mesh = figure_mesh(context, volume, row, 0, 0, &report);
         const qn_mesh_report plain = check(context, mesh);
         qn_mesh_destroy(mesh);
-        printf("; %lld (%lld) + %lld in %d passes, irregular %.2f %% (at most %.2f), quality %.4f (%.2f)",
-               (long long)report.merged_quads, (long long)row->merged, (long long)report.shrunk_quads,
-               (int)report.simplify_passes, 100 * plain.irregular_vertices, row->irregular, plain.quad_quality_mean,
+        printf("; %lld (%lld) + %lld in %d passes, irregular %.2f %% (at most %.2f), quality %.4f "
+               "(%.2f)",
+               (long long)report.merged_quads, (long long)row->merged,
+               (long long)report.shrunk_quads, (int)report.simplify_passes,
+               100 * plain.irregular_vertices, row->irregular, plain.quad_quality_mean,
                row->quality);
         mesh = figure_mesh(context, volume, row, 0, 3, &report);
         const qn_mesh_report relaxed = check(context, mesh);
         qn_mesh_destroy(mesh);
-        printf(", relaxed %.4f (%.2f), least %.3f after %.3f\n", relaxed.quad_quality_mean, row->relaxed,
-               relaxed.quad_quality_min, plain.quad_quality_min);
+        printf(", relaxed %.4f (%.2f), least %.3f after %.3f\n", relaxed.quad_quality_mean,
+               row->relaxed, relaxed.quad_quality_min, plain.quad_quality_min);
         assert_true(report.merged_quads >= row->merged);
         assert_true(100 * plain.irregular_vertices <= row->irregular);
-        assert_true(plain.quad_quality_mean >= row->quality && relaxed.quad_quality_mean >= row->relaxed);
+        assert_true(plain.quad_quality_mean >= row->quality &&
+                    relaxed.quad_quality_mean >= row->relaxed);
         assert_true(plain.manifold && plain.oriented && relaxed.manifold && relaxed.oriented);
         qn_volume_destroy(volume);
         free(samples);
@@ -278,9 +295,11 @@ static void figures_of_the_paper_are_reached(void **state) {
     test_context_end(context);
 }
 
-/* ---- a rod, a cube ---------------------------------------------------------------------------- */
+/* ---- a rod, a cube ----------------------------------------------------------------------------
+ */
 
-/* A rod of square section on a plate would be eaten from its end if rings were removed one after the other. */
+/* A rod of square section on a plate would be eaten from its end if rings were removed one after
+ * the other. */
 static void a_rod_keeps_its_length(void **state) {
     (void)state;
     qn_context *context = test_context(1);
@@ -288,7 +307,8 @@ static void a_rod_keeps_its_length(void **state) {
     for (int z = 0; z < 40; ++z)
         for (int y = 0; y < 9; ++y)
             for (int x = 0; x < 9; ++x)
-                field.values[(z * 9 + y) * 9 + x] = (x == 4 && y == 4 && z < 37) || (z < 3) ? 1 : -1;
+                field.values[(z * 9 + y) * 9 + x] =
+                    (x == 4 && y == 4 && z < 37) || (z < 3) ? 1 : -1;
     test_field_prepare(&field);
     qn_surface_options options;
     qn_surface_options_init(&options);
@@ -307,14 +327,17 @@ static void a_cube_stays(void **state) {
     (void)state;
     static const float positions[8][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0},
                                           {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
-    static const uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-    const qn_mesh_view view = {.vertex_count = 8, .quad_count = 6, .positions = positions[0], .quads = quads[0]};
+    static const uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                         {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    const qn_mesh_view view = {
+        .vertex_count = 8, .quad_count = 6, .positions = positions[0], .quads = quads[0]};
     const qni_simplify_options until_done = {.passes = 0};
     qn_context *context = test_context(1);
     qni_simplify_report report;
     qn_mesh *mesh;
     assert_int_equal(qn_mesh_create(context, &view, &mesh, NULL), QN_OK);
-    assert_int_equal(qni_simplify(context, mesh, &until_done, &report, NULL), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qni_simplify(context, mesh, &until_done, &report, NULL),
+                     QN_ERROR_INVALID_ARGUMENT);
     assert_int_equal(qn_mesh_build_halfedges(context, mesh, NULL), QN_OK);
     assert_int_equal(qni_simplify(context, mesh, &until_done, &report, NULL), QN_OK);
     assert_int_equal(qn_mesh_get_view(mesh).quad_count, 6);
@@ -323,7 +346,8 @@ static void a_cube_stays(void **state) {
     test_context_end(context);
 }
 
-/* ---- no memory -------------------------------------------------------------------------------- */
+/* ---- no memory --------------------------------------------------------------------------------
+ */
 
 typedef struct trouble {
     _Atomic int64_t allocations;
@@ -390,10 +414,12 @@ static void wrong_options_are_named(void **state) {
     qn_mesh *mesh;
     qn_error error;
     options.relax = -1;
-    assert_int_equal(qn_surface(context, volume, &options, &mesh, NULL, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_surface(context, volume, &options, &mesh, NULL, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options.relax = 0;
     options.simplify_passes = -2;
-    assert_int_equal(qn_surface(context, volume, &options, &mesh, NULL, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_surface(context, volume, &options, &mesh, NULL, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     qn_volume_destroy(volume);
     test_field_free(&field);
     test_context_end(context);

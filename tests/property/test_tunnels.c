@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The tunnels of single cells: found exactly where brute force finds that two polygons bound one piece of surface. */
+/* The tunnels of single cells: found exactly where brute force finds that two polygons bound one
+ * piece of surface. */
 #include "lib/random_volume.h"
 #include "lib/refined_cell.h"
 #include "dmc/tunnel_hd.h"
@@ -15,16 +16,18 @@ static int case_of(const double d[8]) {
     return bits;
 }
 
-static void fail_cell(const char *what, const double d[8], const test_refined *refined, int polygons) {
+static void fail_cell(const char *what, const double d[8], const test_refined *refined,
+                      int polygons) {
     char values[400] = "";
     for (int c = 0; c < 8; ++c)
         snprintf(values + strlen(values), sizeof values - strlen(values), " %.17g", d[c]);
-    fail_msg("%s: %d polygons, by brute force %d pieces, Euler %d; corners%s", what, polygons, refined->surfaces, refined->euler,
-             values);
+    fail_msg("%s: %d polygons, by brute force %d pieces, Euler %d; corners%s", what, polygons,
+             refined->surfaces, refined->euler, values);
 }
 
-/* Finer and finer, odd and even, until the boxes see the tunnel. Where the saddle is at the iso-value, or too near to it for
- * any box, it is looked for a little beside the iso-value, on the side to which a tie counts. */
+/* Finer and finer, odd and even, until the boxes see the tunnel. Where the saddle is at the
+ * iso-value, or too near to it for any box, it is looked for a little beside the iso-value, on the
+ * side to which a tie counts. */
 static bool tunnel_shows(const double d[8], int polygons, int side, tally *t) {
     static const int cuts[] = {16, 27, 41, 64, 97, 160};
     for (size_t n = 0; n < sizeof cuts / sizeof cuts[0]; ++n) {
@@ -39,7 +42,8 @@ static bool tunnel_shows(const double d[8], int polygons, int side, tally *t) {
     for (int c = 0; c < 8; ++c)
         moved[c] = d[c] + (side ? 1 : -1) * 1e-3 * size;
     ++t->ties;
-    return test_refine_cell(moved, 64).surfaces == polygons - 1 && test_refine_cell(moved, 97).surfaces == polygons - 1;
+    return test_refine_cell(moved, 64).surfaces == polygons - 1 &&
+           test_refine_cell(moved, 97).surfaces == polygons - 1;
 }
 
 static void compare_cell(const double d[8], int n, tally *t) {
@@ -73,15 +77,18 @@ static void fill(double d[8], test_random *random, test_kind kind, int signs) {
 }
 
 static void report(const char *name, const tally *t) {
-    printf("%s: %lld cells (%lld, %lld, %lld, %lld with 1 to 4 polygons), %lld tunnels; %lld seen only beyond 41 boxes, %lld "
-           "only beside the iso-value\n", name, (long long)t->cells, (long long)t->by_polygons[1],
-           (long long)t->by_polygons[2], (long long)t->by_polygons[3], (long long)t->by_polygons[4], (long long)t->tunnels,
+    printf("%s: %lld cells (%lld, %lld, %lld, %lld with 1 to 4 polygons), %lld tunnels; %lld seen "
+           "only beyond 41 boxes, %lld "
+           "only beside the iso-value\n",
+           name, (long long)t->cells, (long long)t->by_polygons[1], (long long)t->by_polygons[2],
+           (long long)t->by_polygons[3], (long long)t->by_polygons[4], (long long)t->tunnels,
            (long long)t->late, (long long)t->ties);
 }
 
 static void as_by_brute_force(void **state) {
     (void)state;
-    const test_kind kinds[] = {TEST_GAUSSIAN, TEST_HEAVY_TAILED, TEST_SMALL_INTEGERS, TEST_SYMMETRIC, TEST_NEAR_TIES};
+    const test_kind kinds[] = {TEST_GAUSSIAN, TEST_HEAVY_TAILED, TEST_SMALL_INTEGERS,
+                               TEST_SYMMETRIC, TEST_NEAR_TIES};
     const uint64_t seed = test_seed();
     for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; ++k) {
         test_random random = {seed + k};
@@ -99,12 +106,14 @@ static void as_by_brute_force(void **state) {
 static void cases_with_several_polygons(void **state) {
     (void)state;
     static const int signs[] = {0x09, 0x81, 0x83, 0x16, 0xc3, 0x1e, 0x69};
-    static const char *const names[] = {"case 3", "case 4", "case 6", "case 7", "case 10", "case 12", "case 13"};
+    static const char *const names[] = {"case 3",  "case 4",  "case 6", "case 7",
+                                        "case 10", "case 12", "case 13"};
     const uint64_t seed = test_seed();
     for (size_t k = 0; k < sizeof signs / sizeof signs[0]; ++k) {
         tally t = {0};
         for (int64_t i = 0; i < test_count(1500, 15000); ++i) {
-            static const test_kind kinds[] = {TEST_GAUSSIAN, TEST_HEAVY_TAILED, TEST_SMALL_INTEGERS};
+            static const test_kind kinds[] = {TEST_GAUSSIAN, TEST_HEAVY_TAILED,
+                                              TEST_SMALL_INTEGERS};
             test_random random = {seed + 7919 * (uint64_t)i + k};
             double d[8];
             fill(d, &random, kinds[i % 3], i & 1 ? signs[k] : 255 - signs[k]);

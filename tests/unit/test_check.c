@@ -103,9 +103,18 @@ static qn_mesh_report check_with_threads(const shape *s, int32_t threads) {
     qn_mesh *mesh;
     qn_mesh_report report;
     qn_error error = {QN_OK, ""};
-    const qn_mesh_view view = {s->vertex_count,        s->quad_count,    s->triangle_count,
-                               s->positions[0],        NULL,             s->quads[0],
-                               s->triangles[0],        "",               "",             NULL, 0, NULL};
+    const qn_mesh_view view = {s->vertex_count,
+                               s->quad_count,
+                               s->triangle_count,
+                               s->positions[0],
+                               NULL,
+                               s->quads[0],
+                               s->triangles[0],
+                               "",
+                               "",
+                               NULL,
+                               0,
+                               NULL};
     assert_int_equal(qn_context_create(&options, &context, &error), QN_OK);
     assert_int_equal(qn_mesh_create(context, &view, &mesh, &error), QN_OK);
     assert_int_equal(qn_mesh_check(context, mesh, NULL, &report, &error), QN_OK);
@@ -423,7 +432,8 @@ static void duplicates_are_counted_once_each(void **state) {
 static void degenerate_faces_are_seen_exactly(void **state) {
     (void)state;
     shape *s = new_shape();
-    uint32_t a = vertex(s, 0, 0, 0), b = vertex(s, 0.1f, 0.1f, 0.1f), c = vertex(s, 0.2f, 0.2f, 0.2f);
+    uint32_t a = vertex(s, 0, 0, 0), b = vertex(s, 0.1f, 0.1f, 0.1f),
+             c = vertex(s, 0.2f, 0.2f, 0.2f);
     uint32_t near_line = vertex(s, 0.3f, 0.3f, nextafterf(0.3f, 1));
     uint32_t d = vertex(s, 1, 0, 0), e = vertex(s, 0, 1, 0);
     triangle(s, a, b, c);         /* collinear */
@@ -505,7 +515,7 @@ static void neighbours_meet_only_beyond_what_they_share(void **state) {
     uint32_t p = vertex(s, 100, 0, 0), q = vertex(s, 101, 0, 0), r0 = vertex(s, 100, 1, 0);
     triangle(s, p, q, r0);
     triangle(s, q, p, vertex(s, 100.25, 0.25, 0)); /* a pair: folded flat onto it */
-    triangle(s, p, r0, vertex(s, 99, 0.5f, 0)); /* no pair: flat, beside both */
+    triangle(s, p, r0, vertex(s, 99, 0.5f, 0));    /* no pair: flat, beside both */
     qn_mesh_report r = check(s);
     assert_int_equal(r.self_intersections, 2);
 }
@@ -514,7 +524,8 @@ static void solids_pushed_into_each_other_intersect(void **state) {
     (void)state;
     shape *s = new_shape();
     add_tetrahedron(s, 0, 0, 0, 1);
-    add_tetrahedron(s, -10, -10, 0.25, 100); /* its base cuts the three faces at the first one's tip */
+    add_tetrahedron(s, -10, -10, 0.25,
+                    100); /* its base cuts the three faces at the first one's tip */
     qn_mesh_report r = check(s);
     assert_int_equal(r.self_intersections, 3);
     assert_true(r.closed && r.manifold);
@@ -531,7 +542,8 @@ static void intersections_can_be_left_out(void **state) {
     qn_mesh_check_options options;
     qn_mesh_check_options_init(&options);
     options.skip_intersections = true;
-    const qn_mesh_view view = {8, 6, 0, s->positions[0], NULL, s->quads[0], NULL, "", "", NULL, 0, NULL};
+    const qn_mesh_view view = {8,    6, 0,   s->positions[0], NULL, s->quads[0], NULL, "", "",
+                               NULL, 0, NULL};
     assert_int_equal(qn_context_create(NULL, &context, NULL), QN_OK);
     assert_int_equal(qn_mesh_create(context, &view, &mesh, NULL), QN_OK);
     assert_int_equal(qn_mesh_check(context, mesh, &options, &report, &error), QN_OK);
@@ -545,7 +557,8 @@ static void intersections_can_be_left_out(void **state) {
     free(s);
 }
 
-/* ---- failure ----------------------------------------------------------------------------------- */
+/* ---- failure -----------------------------------------------------------------------------------
+ */
 
 typedef struct limits {
     int allocations_left, steps_left;
@@ -600,8 +613,18 @@ static void every_failure_is_reported_and_leaks_nothing(void **state) {
     (void)state;
     shape *s = new_shape();
     add_torus(s, 24, 12);
-    const qn_mesh_view view = {s->vertex_count, s->quad_count, 0,  s->positions[0], NULL,
-                               s->quads[0],     NULL,          "", "", NULL, 0, NULL};
+    const qn_mesh_view view = {s->vertex_count,
+                               s->quad_count,
+                               0,
+                               s->positions[0],
+                               NULL,
+                               s->quads[0],
+                               NULL,
+                               "",
+                               "",
+                               NULL,
+                               0,
+                               NULL};
     int failures = 0, cancels = 0;
     for (qn_status status = QN_ERROR_INTERNAL; status != QN_OK; ++failures) {
         limits l = {failures, 1000};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The context: options are checked, memory is counted, allocation failure and overflow are errors. */
+/* The context: options are checked, memory is counted, allocation failure and overflow are errors.
+ */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>

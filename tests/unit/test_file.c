@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Files appear whole or not at all: every way to fail leaves nothing behind and keeps what was there. */
+/* Files appear whole or not at all: every way to fail leaves nothing behind and keeps what was
+ * there. */
 #include "core/file.h"
 #include "lib/failing.h"
 #include "lib/scratch.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The data folder's meshes, of many makers: all are read, with the counts that its README states, and come
- * back the same from PLY. Skipped where the folder is not. */
+/* The data folder's meshes, of many makers: all are read, with the counts that its README states,
+ * and come back the same from PLY. Skipped where the folder is not. */
 #include "lib/scratch.h"
 #include "lib/support.h"
 
@@ -73,8 +73,9 @@ static void each_mesh_has_its_counts(void **state) {
         qn_mesh_view view = qn_mesh_get_view(mesh);
         if (view.vertex_count != meshes[i].vertices || view.quad_count != meshes[i].quads ||
             view.quad_count + view.triangle_count != meshes[i].faces)
-            fail_msg("%s: %lld vertices, %lld quads, %lld triangles", name, (long long)view.vertex_count,
-                     (long long)view.quad_count, (long long)view.triangle_count);
+            fail_msg("%s: %lld vertices, %lld quads, %lld triangles", name,
+                     (long long)view.vertex_count, (long long)view.quad_count,
+                     (long long)view.triangle_count);
         const char *copy = test_scratch_path(&scratch, "m.ply");
         assert_int_equal(qn_mesh_write(context, mesh, copy, NULL, NULL), QN_OK);
         assert_int_equal(qn_mesh_read(context, copy, NULL, &again, NULL), QN_OK);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Mesh files: what is written reads back to the same bits; what is damaged is refused in one sentence. */
+/* Mesh files: what is written reads back to the same bits; what is damaged is refused in one
+ * sentence. */
 #include "lib/failing.h"
 #include "lib/scratch.h"
 #include "lib/support.h"
@@ -34,7 +35,8 @@ static qn_mesh_view random_view(arrays *a, int64_t vertices, int64_t quads, int6
     static const float odd[] = {-0.0f, 1e-45f, 3.4e38f, -1.17549435e-38f, 16777216, 0.1f, 1e-7f};
     for (int64_t i = 0; i < vertices; ++i)
         for (int c = 0; c < 3; ++c) {
-            double value = ldexp(test_random_gaussian(&random), (int)test_random_range(&random, -30, 30));
+            double value =
+                ldexp(test_random_gaussian(&random), (int)test_random_range(&random, -30, 30));
             a->positions[i][c] = i < 7 && c == 1 ? odd[i] : (float)value;
             a->normals[i][c] = (float)(2 * test_random_unit(&random) - 1);
         }
@@ -44,8 +46,18 @@ static qn_mesh_view random_view(arrays *a, int64_t vertices, int64_t quads, int6
     for (int64_t i = 0; i < triangles; ++i)
         for (uint32_t c = 0; c < 3; ++c)
             a->triangles[i][c] = (uint32_t)((3 * i + c) % vertices);
-    return (qn_mesh_view){vertices, quads, triangles, &a->positions[0][0], &a->normals[0][0],
-                          &a->quads[0][0], &a->triangles[0][0], "RAS", "mm", NULL, 0, NULL};
+    return (qn_mesh_view){vertices,
+                          quads,
+                          triangles,
+                          &a->positions[0][0],
+                          &a->normals[0][0],
+                          &a->quads[0][0],
+                          &a->triangles[0][0],
+                          "RAS",
+                          "mm",
+                          NULL,
+                          0,
+                          NULL};
 }
 
 static qn_mesh *make_mesh(qn_context *context, int64_t vertices, int64_t quads, int64_t triangles) {
@@ -57,13 +69,13 @@ static qn_mesh *make_mesh(qn_context *context, int64_t vertices, int64_t quads, 
 }
 
 typedef struct form {
-    const char *name; /* of the file */
+    const char *name;            /* of the file */
     bool ascii, normals, shares; /* shares: vertices keep their numbers */
 } form;
 
 static const form forms[] = {
-    {"m.ply", false, true, true},  {"text.PLY", true, true, true},   {"m.obj", false, false, true},
-    {"m.Off", false, true, true},  {"m.stl", false, false, false}, {"text.stl", true, false, false},
+    {"m.ply", false, true, true}, {"text.PLY", true, true, true}, {"m.obj", false, false, true},
+    {"m.Off", false, true, true}, {"m.stl", false, false, false}, {"text.stl", true, false, false},
 };
 enum { FORMS = sizeof forms / sizeof *forms };
 
@@ -72,7 +84,8 @@ static void write_form(qn_context *context, const qn_mesh *mesh, const form *f) 
     qn_mesh_write_options_init(&options);
     options.ascii = f->ascii;
     qn_error error;
-    if (qn_mesh_write(context, mesh, test_scratch_path(&scratch, f->name), &options, &error) != QN_OK)
+    if (qn_mesh_write(context, mesh, test_scratch_path(&scratch, f->name), &options, &error) !=
+        QN_OK)
         fail_msg("%s", error.message);
 }
 
@@ -179,7 +192,8 @@ static void an_empty_mesh_is_written_and_read(void **state) {
         assert_int_equal(qn_mesh_get_view(again).triangle_count, 0);
         qn_mesh_destroy(again);
     }
-    assert_int_equal(qn_mesh_write(context, mesh, test_scratch_path(&scratch, "m.glb"), NULL, NULL), QN_OK);
+    assert_int_equal(qn_mesh_write(context, mesh, test_scratch_path(&scratch, "m.glb"), NULL, NULL),
+                     QN_OK);
     qn_mesh_destroy(mesh);
     test_context_end(context);
 }
@@ -245,14 +259,17 @@ static void unknown_formats_are_named(void **state) {
     qn_context *context = test_context(1);
     qn_mesh *mesh = make_mesh(context, 4, 1, 0);
     qn_error error;
-    assert_int_equal(qn_mesh_write(context, mesh, "mesh.fbx", NULL, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write(context, mesh, "mesh.fbx", NULL, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, ".ply, .obj, .stl, .off or .glb"));
     qn_mesh_write_options options;
     qn_mesh_write_options_init(&options);
     strcpy(options.format, "fbx");
-    assert_int_equal(qn_mesh_write(context, mesh, "m.ply", &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write(context, mesh, "m.ply", &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options.struct_size = 0;
-    assert_int_equal(qn_mesh_write(context, mesh, "m.ply", &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write(context, mesh, "m.ply", &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     qn_mesh_destroy(mesh);
     assert_int_equal(qn_mesh_read(context, "m.ply", "fbx", &mesh, &error), QN_ERROR_INPUT);
     assert_non_null(strstr(error.message, "check the name"));
@@ -260,7 +277,8 @@ static void unknown_formats_are_named(void **state) {
     test_context_end(context);
 }
 
-/* ---- reading what others write ---------------------------------------------------------------- */
+/* ---- reading what others write ----------------------------------------------------------------
+ */
 
 static qn_mesh *read_bytes(qn_context *context, const char *name, const void *bytes, size_t size) {
     test_put_file(test_scratch_path(&scratch, name), bytes, size);
@@ -285,26 +303,36 @@ static void assert_text_reads(const char *name, const char *text, int64_t vertic
 
 static void others_text_is_read(void **state) {
     (void)state;
-    assert_text_reads("a.obj", "# c\r\nmtllib x\r\nv 0 0 0 1 0 0\r\nv 1 0 0\r\nv 1 1 0 # c\r\nv 0 1 0\r\n"
-                               "vt 0 0\nvn 0 0 1\no x\ng\ns off\nusemtl y\n"
-                               "f 1/1/1 2/1/1 3/1/1\nf -4 -3 -2 -1\nf 1//1 2//1 \\\n3//1\nl 1 2\nf 1 2\n",
+    assert_text_reads("a.obj",
+                      "# c\r\nmtllib x\r\nv 0 0 0 1 0 0\r\nv 1 0 0\r\nv 1 1 0 # c\r\nv 0 1 0\r\n"
+                      "vt 0 0\nvn 0 0 1\no x\ng\ns off\nusemtl y\n"
+                      "f 1/1/1 2/1/1 3/1/1\nf -4 -3 -2 -1\nf 1//1 2//1 \\\n3//1\nl 1 2\nf 1 2\n",
                       4, 1, 2);
-    assert_text_reads("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv .5 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 5, 0, 3);
+    assert_text_reads("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv .5 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 5, 0,
+                      3);
     assert_text_reads("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0", 3, 0, 1);
-    assert_text_reads("a.off", "OFF 4 2 0\n0 0 0\n1 0 0\n\n# c\n1 1 0\n0 1 0\n3 0 1 2 255 0 0\n4 0 1 2 3 0.5 0.5 0.5\n",
-                      4, 1, 1);
-    assert_text_reads("a.off", "# c\nCOFF\n# c\n3 1\n0 0 0 255 0 0 255\n1 0 0 1 1 1 1\n1 1 0 0 0 0 1\n3 0 1 2", 3, 0, 1);
-    assert_text_reads("a.off", "NOFF\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n3 0 1 2\n", 3, 0, 1);
-    assert_text_reads("a.ply", "ply\r\nformat ascii 1.0\r\nobj_info x\r\nelement camera 1\r\nproperty float f\r\n"
-                               "property list uchar int l\r\nelement vertex 3\r\nproperty uchar red\r\n"
-                               "property double z\r\nproperty float x\r\nproperty float32 y\r\n"
-                               "element face 1\r\nproperty int flag\r\nproperty list int uint vertex_index\r\n"
-                               "end_header\r\n1.5 2 7 8\r\n255 0 0 0\r\n1 0 1 0\r\n2 0 1 1\r\n5 3 0 1 2\r\n",
-                      3, 0, 1);
-    assert_text_reads("a.stl", "solid x y\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
-                               "VERTEX 1 1 0\nendloop\nendfacet\nendsolid x y\n"
-                               "solid\n facet normal 0 0 1\n  outer loop\n vertex 0 0 -0\n vertex 1 1 0\n"
-                               " vertex 0 1e0 0\n endloop\n endfacet\nendsolid\n",
+    assert_text_reads(
+        "a.off",
+        "OFF 4 2 0\n0 0 0\n1 0 0\n\n# c\n1 1 0\n0 1 0\n3 0 1 2 255 0 0\n4 0 1 2 3 0.5 0.5 0.5\n", 4,
+        1, 1);
+    assert_text_reads(
+        "a.off", "# c\nCOFF\n# c\n3 1\n0 0 0 255 0 0 255\n1 0 0 1 1 1 1\n1 1 0 0 0 0 1\n3 0 1 2", 3,
+        0, 1);
+    assert_text_reads("a.off", "NOFF\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n3 0 1 2\n", 3,
+                      0, 1);
+    assert_text_reads(
+        "a.ply",
+        "ply\r\nformat ascii 1.0\r\nobj_info x\r\nelement camera 1\r\nproperty float f\r\n"
+        "property list uchar int l\r\nelement vertex 3\r\nproperty uchar red\r\n"
+        "property double z\r\nproperty float x\r\nproperty float32 y\r\n"
+        "element face 1\r\nproperty int flag\r\nproperty list int uint vertex_index\r\n"
+        "end_header\r\n1.5 2 7 8\r\n255 0 0 0\r\n1 0 1 0\r\n2 0 1 1\r\n5 3 0 1 2\r\n",
+        3, 0, 1);
+    assert_text_reads("a.stl",
+                      "solid x y\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                      "VERTEX 1 1 0\nendloop\nendfacet\nendsolid x y\n"
+                      "solid\n facet normal 0 0 1\n  outer loop\n vertex 0 0 -0\n vertex 1 1 0\n"
+                      " vertex 0 1e0 0\n endloop\n endfacet\nendsolid\n",
                       4, 0, 2);
 }
 
@@ -317,10 +345,10 @@ static size_t put_big(unsigned char *to, uint64_t value, size_t size) {
 static void big_endian_ply_is_read(void **state) {
     (void)state;
     unsigned char bytes[600];
-    size_t at = (size_t)sprintf((char *)bytes,
-                                "ply\nformat binary_big_endian 1.0\nelement vertex 3\n"
-                                "property short y\nproperty double x\nproperty uchar z\n"
-                                "element face 1\nproperty list ushort short vertex_indices\nend_header\n");
+    size_t at = (size_t)sprintf(
+        (char *)bytes, "ply\nformat binary_big_endian 1.0\nelement vertex 3\n"
+                       "property short y\nproperty double x\nproperty uchar z\n"
+                       "element face 1\nproperty list ushort short vertex_indices\nend_header\n");
     for (uint64_t v = 0; v < 3; ++v) {
         double x = 0.25 + (double)v;
         uint64_t bits;
@@ -389,7 +417,8 @@ static void packed_files_are_read(void **state) {
     test_context_end(context);
 }
 
-/* ---- what is damaged -------------------------------------------------------------------------- */
+/* ---- what is damaged --------------------------------------------------------------------------
+ */
 
 static void assert_refused(const char *name, const void *bytes, size_t size, const char *words) {
     qn_context *context = test_context(1);
@@ -428,22 +457,35 @@ static void damaged_text_is_refused(void **state) {
         {"a.ply", "plx\n", "begins with 'ply'"},
         {"a.ply", "ply\nformat ascii 1.0\n", "does not end"},
         {"a.ply", "ply\nelement vertex 0\nend_header\n", "no format"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", "no x, y and z"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
+         "no x, y and z"},
         {"a.ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n", "line 3"},
         {"a.ply", "ply\nformat ascii 1.0\nelement vertex -1\nend_header\n", "line 3"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 9223372036854775807\nend_header\n", "line 3"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
-                  "property float z\nend_header\n1 2 3\n", "4000000000 vertices"},
-        {"a.ply", "ply\nformat binary_little_endian 1.0\nelement face 1\n"
-                  "property list uint uint vertex_indices\nend_header\n\xff\xff\xff\xff....", "longer than"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                  "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-                  "0 0 0\n3 0 0 -1\n", "whole number"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                  "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
-                  "0 0 0\n3 0 0 7\n", "face 1 names vertex 7"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\nend_header\n", "line 4"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n", "line 4"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 9223372036854775807\nend_header\n",
+         "line 3"},
+        {"a.ply",
+         "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
+         "property float z\nend_header\n1 2 3\n",
+         "4000000000 vertices"},
+        {"a.ply",
+         "ply\nformat binary_little_endian 1.0\nelement face 1\n"
+         "property list uint uint vertex_indices\nend_header\n\xff\xff\xff\xff....",
+         "longer than"},
+        {"a.ply",
+         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n3 0 0 -1\n",
+         "whole number"},
+        {"a.ply",
+         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n3 0 0 7\n",
+         "face 1 names vertex 7"},
+        {"a.ply",
+         "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\nend_header\n",
+         "line 4"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n",
+         "line 4"},
         {"a.stl", "solid\nvertex 0 0 0\n", "endsolid"},
         {"a.stl", "solid\nfacet normal 0 0 1\nouter loop\nendloop\n", "line 4"},
         {"a.stl", "solid\nnonsense\n", "'nonsense'"},
@@ -535,7 +577,8 @@ static void not_finite_coordinates_are_read(void **state) {
     test_context_end(context);
 }
 
-/* ---- memory and cancelling -------------------------------------------------------------------- */
+/* ---- memory and cancelling --------------------------------------------------------------------
+ */
 
 static void every_failing_allocation_is_reported(void **state) {
     (void)state;

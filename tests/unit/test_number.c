@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Floats as text: back to the same bits, short, the same in every locale; decimals as strtod reads them. */
+/* Floats as text: back to the same bits, short, the same in every locale; decimals as strtod reads
+ * them. */
 #include "lib/support.h"
 #include "mesh/number.h"
 
@@ -68,7 +69,8 @@ static void decimals_are_read_as_c_reads_them(void **state) {
     test_random random = {test_seed()};
     for (int64_t i = test_count(200000, 10000000); i > 0; --i) {
         char text[80];
-        double value = ldexp(test_random_gaussian(&random), (int)test_random_range(&random, -80, 80));
+        double value =
+            ldexp(test_random_gaussian(&random), (int)test_random_range(&random, -80, 80));
         const char *formats[] = {"%.17g", "%.3f", "%.9e", "%.25g", "%g", "%+.40f"};
         snprintf(text, sizeof text, formats[i % 6], value);
         double parsed, expected = strtod(text, NULL);
@@ -81,7 +83,8 @@ static void odd_numbers_are_read_or_refused(void **state) {
     (void)state;
     static const char *const good[] = {"1.", ".5", "+3", "1e5", "1E-5", "007", "-.5e+1", "1/2"};
     static const double values[] = {1, 0.5, 3, 1e5, 1e-5, 7, -5, 1};
-    static const char *const bad[] = {"", "-", ".", "e5", "1e", "1e+", "0x10", "1,5", "abc", "1..2", "infx"};
+    static const char *const bad[] = {"",     "-",   ".",   "e5",   "1e",  "1e+",
+                                      "0x10", "1,5", "abc", "1..2", "infx"};
     double value;
     for (size_t i = 0; i < sizeof good / sizeof *good; ++i) {
         assert_non_null(qni_parse_double(good[i], good[i] + strlen(good[i]), &value));
@@ -104,7 +107,8 @@ static void odd_numbers_are_read_or_refused(void **state) {
 
 static void the_locale_changes_nothing(void **state) {
     (void)state;
-    static const char *const names[] = {"de_DE.UTF-8", "fr_FR.UTF-8", "de_DE", "fr_FR", "nl_NL.UTF-8"};
+    static const char *const names[] = {"de_DE.UTF-8", "fr_FR.UTF-8", "de_DE", "fr_FR",
+                                        "nl_NL.UTF-8"};
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
         if (!setlocale(LC_NUMERIC, names[i]))
             continue;

@@ -24,16 +24,17 @@ static int remove_scratch(void **state) {
 
 /* A cube of side 2 round the origin, wound outward or inward, beside a vertex that no face uses. */
 static qn_mesh *make_cube(qn_context *context, bool inward) {
-    static const float positions[9][3] = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}, {-1, -1, 1},
-                                          {1, -1, 1},   {-1, 1, 1},  {1, 1, 1},   {1000, 0, 0}};
+    static const float positions[9][3] = {{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1},
+                                          {1, 1, -1},   {-1, -1, 1}, {1, -1, 1},
+                                          {-1, 1, 1},   {1, 1, 1},   {1000, 0, 0}};
     static const uint32_t outward[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
                                            {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     uint32_t quads[6][4];
     for (int f = 0; f < 6; ++f)
         for (int c = 0; c < 4; ++c)
             quads[f][c] = outward[f][inward ? 3 - c : c];
-    qn_mesh_view view = {.vertex_count = 9, .quad_count = 6, .positions = &positions[0][0],
-                         .quads = &quads[0][0]};
+    qn_mesh_view view = {
+        .vertex_count = 9, .quad_count = 6, .positions = &positions[0][0], .quads = &quads[0][0]};
     qn_mesh *mesh;
     assert_int_equal(qn_mesh_create(context, &view, &mesh, NULL), QN_OK);
     return mesh;
@@ -100,7 +101,7 @@ static void a_cube_stands_in_the_middle_and_fills_the_picture(void **state) {
             }
     assert_in_range(x0 + x1, 198, 200); /* centred */
     assert_in_range(y0 + y1, 148, 150);
-    assert_in_range(y1 - y0 + 1, 136, 143); /* 93 percent of the height */
+    assert_in_range(y1 - y0 + 1, 136, 143);             /* 93 percent of the height */
     assert_in_range(x1 - x0, y1 - y0 - 1, y1 - y0 + 1); /* square */
     assert_false(is_mesh(at(&p, 2, 2)));
     const unsigned char *centre = at(&p, 100, 75);
@@ -174,8 +175,10 @@ static void nothing_to_see_gives_the_background(void **state) {
     static const float positions[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, NAN, 0}, {1, 1, INFINITY}};
     static const uint32_t triangles[2][3] = {{0, 1, 2}, {0, 1, 3}};
     for (int faces = 0; faces <= 2; faces += 2) {
-        qn_mesh_view view = {.vertex_count = faces ? 4 : 0, .triangle_count = faces,
-                             .positions = &positions[0][0], .triangles = &triangles[0][0]};
+        qn_mesh_view view = {.vertex_count = faces ? 4 : 0,
+                             .triangle_count = faces,
+                             .positions = &positions[0][0],
+                             .triangles = &triangles[0][0]};
         qn_mesh *mesh;
         assert_int_equal(qn_mesh_create(context, &view, &mesh, NULL), QN_OK);
         qn_view_options options = view_options(40, 30);
@@ -205,8 +208,10 @@ static qn_mesh *make_sheet(qn_context *context) {
             if (i + 1 < SIDE && j + 1 < SIDE)
                 memcpy(quads[i][j], corners, sizeof corners);
         }
-    qn_mesh_view view = {.vertex_count = SIDE * SIDE, .quad_count = (SIDE - 1) * (SIDE - 1),
-                         .positions = &positions[0][0][0], .normals = &normals[0][0][0],
+    qn_mesh_view view = {.vertex_count = SIDE * SIDE,
+                         .quad_count = (SIDE - 1) * (SIDE - 1),
+                         .positions = &positions[0][0][0],
+                         .normals = &normals[0][0][0],
                          .quads = &quads[0][0][0]};
     qn_mesh *mesh;
     assert_int_equal(qn_mesh_create(context, &view, &mesh, NULL), QN_OK);
@@ -247,19 +252,24 @@ static void wrong_options_are_refused(void **state) {
     qn_error error;
     const char *path = test_scratch_path(&scratch, "m.png");
     qn_view_options options = view_options(-1, 10);
-    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options = view_options(10, 100000);
-    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options = view_options(10, 10);
     options.zoom = -2;
-    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options.zoom = 1;
     options.has_angles = true;
     options.azimuth = NAN;
-    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options.azimuth = 0;
     options.struct_size = 0;
-    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     options = view_options(10, 10);
     path = test_scratch_path(&scratch, "none/m.png");
     assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_OUTPUT);
@@ -300,7 +310,8 @@ static void pictures_are_not_built_in(void **state) {
     qn_error error;
     qn_view_options options = view_options(8, 8);
     const char *path = test_scratch_path(&scratch, "m.png");
-    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error), QN_ERROR_UNSUPPORTED);
+    assert_int_equal(qn_mesh_write_picture(context, mesh, path, &options, &error),
+                     QN_ERROR_UNSUPPORTED);
     assert_non_null(strstr(error.message, "-Dpng"));
     qn_mesh_destroy(mesh);
     test_context_end(context);

@@ -36,7 +36,8 @@ static double area_along(const uint32_t t[3], const double n[3]) {
     return sum;
 }
 
-/* Put plane coordinates into space along two perpendicular unit vectors; n is their cross product. */
+/* Put plane coordinates into space along two perpendicular unit vectors; n is their cross product.
+ */
 static void lay(const double (*flat)[2], int64_t count, const double u[3], const double v[3],
                 double n[3]) {
     for (int a = 0; a < 3; ++a)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* CSG trees built by calls: every node keeps the claims of solids, closed forms, ties, owners, failures. */
+/* CSG trees built by calls: every node keeps the claims of solids, closed forms, ties, owners,
+ * failures. */
 #include <math.h>
 
 #include "lib/solid_claims.h"
@@ -18,7 +19,8 @@ static double value(const qn_solid *solid, double x, double y, double z) {
     return result;
 }
 
-static qn_solid *box(qn_context *context, double x0, double y0, double z0, double x1, double y1, double z1) {
+static qn_solid *box(qn_context *context, double x0, double y0, double z0, double x1, double y1,
+                     double z1) {
     qn_solid *made;
     qn_error error;
     const double low[3] = {x0, y0, z0}, high[3] = {x1, y1, z1};
@@ -33,15 +35,24 @@ static qn_solid *primitive(qn_context *context, int64_t kind, test_random *rando
     int32_t n = (int32_t)test_random_range(random, 3, 20);
     const double normal[3] = {test_random_gaussian(random), test_random_gaussian(random), a};
     switch (kind) {
-    case 0: return box(context, -a, -b, -0.5, b, a, 0.5);
-    case 1: return MAKE(qn_solid_sphere(context, a, 0, &made, &error));
-    case 2: return MAKE(qn_solid_sphere(context, a, n, &made, &error));
-    case 3: return MAKE(qn_solid_cylinder(context, 2 * a, b, b, 0, &made, &error));
-    case 4: return MAKE(qn_solid_cylinder(context, a, b, 0, 0, &made, &error));
-    case 5: return MAKE(qn_solid_cylinder(context, a, b, 0.3, n, &made, &error));
-    case 6: return MAKE(qn_solid_cylinder(context, a, 0, b, n, &made, &error));
-    case 7: return MAKE(qn_solid_torus(context, a, 0.5 * a, &made, &error));
-    default: return MAKE(qn_solid_half_space(context, normal, 0.3 * b, &made, &error));
+    case 0:
+        return box(context, -a, -b, -0.5, b, a, 0.5);
+    case 1:
+        return MAKE(qn_solid_sphere(context, a, 0, &made, &error));
+    case 2:
+        return MAKE(qn_solid_sphere(context, a, n, &made, &error));
+    case 3:
+        return MAKE(qn_solid_cylinder(context, 2 * a, b, b, 0, &made, &error));
+    case 4:
+        return MAKE(qn_solid_cylinder(context, a, b, 0, 0, &made, &error));
+    case 5:
+        return MAKE(qn_solid_cylinder(context, a, b, 0.3, n, &made, &error));
+    case 6:
+        return MAKE(qn_solid_cylinder(context, a, 0, b, n, &made, &error));
+    case 7:
+        return MAKE(qn_solid_torus(context, a, 0.5 * a, &made, &error));
+    default:
+        return MAKE(qn_solid_half_space(context, normal, 0.3 * b, &made, &error));
     }
 }
 
@@ -73,13 +84,24 @@ static qn_solid *random_scene(qn_context *context, test_random *random, int dept
     double matrix[3][4];
     random_matrix(random, matrix);
     switch (kind) {
-    case 1: made = MAKE(qn_solid_union(context, count, parts, &made, &error)); break;
-    case 2: made = MAKE(qn_solid_intersection(context, count, parts, &made, &error)); break;
-    case 3: made = MAKE(qn_solid_difference(context, count, parts, &made, &error)); break;
-    case 4: made = MAKE(qn_solid_complement(context, parts[0], &made, &error)); break;
-    case 5: made = MAKE(qn_solid_with_owner(context, parts[0], 7, &made, &error)); break;
+    case 1:
+        made = MAKE(qn_solid_union(context, count, parts, &made, &error));
+        break;
+    case 2:
+        made = MAKE(qn_solid_intersection(context, count, parts, &made, &error));
+        break;
+    case 3:
+        made = MAKE(qn_solid_difference(context, count, parts, &made, &error));
+        break;
+    case 4:
+        made = MAKE(qn_solid_complement(context, parts[0], &made, &error));
+        break;
+    case 5:
+        made = MAKE(qn_solid_with_owner(context, parts[0], 7, &made, &error));
+        break;
     default:
-        made = MAKE(qn_solid_transform(context, parts[0], (const double(*)[4])matrix, &made, &error));
+        made =
+            MAKE(qn_solid_transform(context, parts[0], (const double(*)[4])matrix, &made, &error));
         break;
     }
     for (int64_t n = 0; n < count; ++n)
@@ -90,7 +112,8 @@ static qn_solid *random_scene(qn_context *context, test_random *random, int dept
 /* A star with a hole: not convex, two contours, points at x >= 0. */
 static void star(test_random *random, double (*points)[2]) {
     for (int n = 0; n < 10; ++n) {
-        double radius = (n % 2 ? 0.3 : 0.6) + 0.1 * test_random_unit(random), angle = 0.6283185307179586 * n;
+        double radius = (n % 2 ? 0.3 : 0.6) + 0.1 * test_random_unit(random),
+               angle = 0.6283185307179586 * n;
         points[n][0] = 0.75 + radius * cos(angle);
         points[n][1] = radius * sin(angle);
     }
@@ -100,8 +123,8 @@ static void star(test_random *random, double (*points)[2]) {
     }
 }
 
-static const test_claims all_claims = {{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}, .rounds = 60, .slope = 20, .all = true,
-                                       .difference = 1e-3};
+static const test_claims all_claims = {{-1.5, -1.5, -1.5}, {1.5, 1.5, 1.5}, .rounds = 60,
+                                       .slope = 20,        .all = true,     .difference = 1e-3};
 
 static void primitives_keep_all_claims(void **state) {
     (void)state;
@@ -146,7 +169,8 @@ static void extrusions_and_hulls_keep_all_claims(void **state) {
         qn_solid *straight = MAKE(qn_solid_linear_extrude(context, &outline, 0.7, &made, &error));
         double angle = n % 3 ? 700 * (test_random_unit(&random) - 0.5) : 360;
         int32_t fragments = (int32_t)test_random_range(&random, 3, 24);
-        qn_solid *turned = MAKE(qn_solid_rotate_extrude(context, &outline, angle, fragments, &made, &error));
+        qn_solid *turned =
+            MAKE(qn_solid_rotate_extrude(context, &outline, angle, fragments, &made, &error));
         qn_solid *round = MAKE(qn_solid_rotate_extrude(context, &outline, angle, 0, &made, &error));
         for (int i = 0; i < 12; ++i)
             for (int k = 0; k < 3; ++k)
@@ -199,8 +223,8 @@ static void polyhedra_keep_all_claims(void **state) {
             used += 4;
             sizes[2 + n] = 4;
         }
-        qn_solid *solid = MAKE(qn_solid_polyhedron(context, 2 * N, (const double(*)[3])points, N + 2, sizes, indices,
-                                                   &made, &error));
+        qn_solid *solid = MAKE(qn_solid_polyhedron(context, 2 * N, (const double(*)[3])points,
+                                                   N + 2, sizes, indices, &made, &error));
         test_solid_claims("polyhedron", solid, &all_claims, &random);
         qn_outline outline = {1, contour, (const double(*)[2])flat};
         qn_solid *straight = MAKE(qn_solid_linear_extrude(context, &outline, 0.8, &made, &error));
@@ -211,8 +235,9 @@ static void polyhedra_keep_all_claims(void **state) {
             assert_true(fabs(b) < 1e-12 || (a < 0) == (b < 0));
         }
         sizes[0] = N - 1; /* a face too small: open */
-        assert_int_equal(qn_solid_polyhedron(context, 2 * N, (const double(*)[3])points, 1, sizes, indices, &made,
-                                             &error), QN_ERROR_INPUT);
+        assert_int_equal(qn_solid_polyhedron(context, 2 * N, (const double(*)[3])points, 1, sizes,
+                                             indices, &made, &error),
+                         QN_ERROR_INPUT);
         assert_non_null(strstr(error.message, "not closed"));
         qn_solid_destroy(solid);
         qn_solid_destroy(straight);
@@ -228,9 +253,11 @@ static void values_are_closed_forms(void **state) {
     qn_solid *ball = MAKE(qn_solid_sphere(context, 2, 0, &made, &error));
     assert_true(value(ball, 3, 4, 0) == 3 && value(ball, 0, 0, 0) == -2);
     qn_solid *ring = MAKE(qn_solid_torus(context, 2, 0.5, &made, &error));
-    assert_true(value(ring, 0, 2, 0.5) == 0 && value(ring, 3, 0, 0) == 0.5 && value(ring, 0, 0, 0) == 1.5);
+    assert_true(value(ring, 0, 2, 0.5) == 0 && value(ring, 3, 0, 0) == 0.5 &&
+                value(ring, 0, 0, 0) == 1.5);
     qn_solid *can = MAKE(qn_solid_cylinder(context, 2, 1, 1, 0, &made, &error));
-    assert_true(value(can, 3, 0, 1) == 2 && value(can, 0, 0, 2.5) == 0.5 && value(can, 0, 0, 1) == -1);
+    assert_true(value(can, 3, 0, 1) == 2 && value(can, 0, 0, 2.5) == 0.5 &&
+                value(can, 0, 0, 1) == -1);
     qn_solid *cone = MAKE(qn_solid_cylinder(context, 1, 1, 0, 0, &made, &error));
     assert_true(fabs(value(cone, 1, 0, 0.5) - 0.5 / sqrt(2)) < 1e-15);
     qn_solid *dice = box(context, 0, 0, 0, 1, 2, 3);
@@ -238,14 +265,16 @@ static void values_are_closed_forms(void **state) {
     /* A facetted cylinder: corners on the circle, sides cos(180 / n) from the axis. */
     qn_solid *hexagon = MAKE(qn_solid_cylinder(context, 1, 1, 1, 6, &made, &error));
     assert_true(fabs(value(hexagon, 1, 0, 0.5)) < 1e-15);
-    assert_true(fabs(value(hexagon, 0, 0, 0.5) + 0.5) < 1e-15 && fabs(value(hexagon, 0, 1, 0.5) - (1 - sqrt(0.75))) < 1e-15);
+    assert_true(fabs(value(hexagon, 0, 0, 0.5) + 0.5) < 1e-15 &&
+                fabs(value(hexagon, 0, 1, 0.5) - (1 - sqrt(0.75))) < 1e-15);
     qn_solid *all[] = {ball, ring, can, cone, dice, hexagon};
     for (int n = 0; n < 6; ++n)
         qn_solid_destroy(all[n]);
     test_context_end(context);
 }
 
-static int crossings_of(const qn_solid *solid, const double a[3], const double b[3], qni_crossing *crossings) {
+static int crossings_of(const qn_solid *solid, const double a[3], const double b[3],
+                        qni_crossing *crossings) {
     int32_t count;
     assert_int_equal(solid->ops->crossings(solid, a, b, 16, crossings, &count), QN_OK);
     return count;
@@ -257,10 +286,12 @@ static void touching_boxes_have_no_gap(void **state) {
     qn_context *context = test_context(1);
     qn_error error;
     for (int turned = 0; turned < 2; ++turned) {
-        qn_solid *made, *parts[2] = {box(context, 0, 0, 0, 1, 1, 1), box(context, 0.25, 0.25, 1, 0.75, 0.75, 2)};
+        qn_solid *made, *parts[2] = {box(context, 0, 0, 0, 1, 1, 1),
+                                     box(context, 0.25, 0.25, 1, 0.75, 0.75, 2)};
         qn_solid *both = MAKE(qn_solid_union(context, 2, parts, &made, &error));
         const double a[3] = {0.5, 0.5, -0.5}, b[3] = {0.5, 0.5, 2.5}, on_face[3] = {0.5, 0.5, 1};
-        double matrix[3][4] = {{0.36, 0.48, -0.8, 0.1}, {-0.8, 0.6, 0, 0.2}, {0.48, 0.64, 0.6, 0.3}};
+        double matrix[3][4] = {
+            {0.36, 0.48, -0.8, 0.1}, {-0.8, 0.6, 0, 0.2}, {0.48, 0.64, 0.6, 0.3}};
         double ends[3][3];
         const double *from[3] = {a, b, on_face};
         for (int n = 0; n < 3; ++n)
@@ -269,7 +300,8 @@ static void touching_boxes_have_no_gap(void **state) {
                                      : matrix[k][0] * from[n][0] + matrix[k][1] * from[n][1] +
                                            matrix[k][2] * from[n][2] + matrix[k][3];
         if (turned) {
-            qn_solid *moved = MAKE(qn_solid_transform(context, both, (const double(*)[4])matrix, &made, &error));
+            qn_solid *moved =
+                MAKE(qn_solid_transform(context, both, (const double(*)[4])matrix, &made, &error));
             qn_solid_destroy(both);
             both = moved;
         }
@@ -339,7 +371,8 @@ static void bad_arguments_are_named(void **state) {
     qn_context *context = test_context(1);
     qn_solid *solid, *part = box(context, 0, 0, 0, 1, 1, 1);
     qn_error error;
-    const double low[3] = {0, 1, 0}, high[3] = {1, 0, 1}, zero[3] = {0, 0, 0}, flat[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}};
+    const double low[3] = {0, 1, 0}, high[3] = {1, 0, 1}, zero[3] = {0, 0, 0},
+                 flat[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}};
 #define REFUSED(call, says)                                                                        \
     assert_int_equal((call), QN_ERROR_INVALID_ARGUMENT);                                           \
     assert_null(solid);                                                                            \

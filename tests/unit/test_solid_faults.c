@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Memory that runs out at any moment while solids are read and asked: the right status, nothing left behind. */
+/* Memory that runs out at any moment while solids are read and asked: the right status, nothing
+ * left behind. */
 #include "lib/solid_claims.h"
 
 /* malloc that fails once `left` requests were served. */
@@ -28,7 +29,8 @@ static qn_status use(qn_context *context, const char *name, const char *text) {
     int32_t count;
     double range[2], value, gradient[1][3];
     qn_error error = {0};
-    qn_status status = qn_solid_read_text(context, name, text, (int64_t)strlen(text), NULL, &solid, &error);
+    qn_status status =
+        qn_solid_read_text(context, name, text, (int64_t)strlen(text), NULL, &solid, &error);
     if (status != QN_OK) {
         assert_null(solid);
         assert_true(error.message[0]);
@@ -36,9 +38,9 @@ static qn_status use(qn_context *context, const char *name, const char *text) {
     }
     status = solid->ops->bounds(solid, &box, range);
     if (status == QN_OK)
-        status = solid->ops->values(solid, 1, (const double(*)[3])&a, &value);
+        status = solid->ops->values(solid, 1, (const double(*)[3]) & a, &value);
     if (status == QN_OK)
-        status = solid->ops->gradients(solid, 1, (const double(*)[3])&a, gradient, NULL);
+        status = solid->ops->gradients(solid, 1, (const double(*)[3]) & a, gradient, NULL);
     if (status == QN_OK)
         status = solid->ops->crossings(solid, a, b, 16, crossings, &count);
     if (status == QN_OK)
@@ -62,7 +64,8 @@ static void runs_out(const char *name, const char *text) {
         qn_status status = use(context, name, text);
         assert_int_equal(qn_context_memory(context).current_bytes, 0);
         qn_context_destroy(context);
-        if (status == QN_OK || status == QN_ERROR_UNSUPPORTED) /* a build without Qhull: that much is read */
+        if (status == QN_OK ||
+            status == QN_ERROR_UNSUPPORTED) /* a build without Qhull: that much is read */
             break;
         assert_int_equal(status, QN_ERROR_OUT_OF_MEMORY);
         ++failures;
@@ -92,18 +95,25 @@ static void long_tapes_survive_lack_of_memory(void **state) {
 
 static void trees_survive_lack_of_memory(void **state) {
     (void)state;
-    runs_out("x.csg",
-             "difference() { cube(size = [2, 2, 2], center = true); multmatrix([[0.8, -0.6, 0, 0], [0.6, 0.8, 0, 0], "
-             "[0, 0, 1, 0], [0, 0, 0, 1]]) { union() { cube(size = [3, 0.3, 0.5], center = true); sphere(r = 0.4, "
-             "$fn = 8); } } }\n"
-             "linear_extrude(height = 1) { difference() { polygon(points = [[0, 0], [2, 0], [1, 0.5], [2, 2], [0, 2]], "
-             "paths = [[0, 1, 2, 3, 4]]); circle(r = 0.3, $fn = 6); } }\n"
-             "rotate_extrude(angle = 200, $fn = 12) { difference() { square(size = [2, 1], center = false); "
-             "polygon(points = [[0.1, 0.1], [1, 0.2], [0.5, 0.3], [1, 0.6]]); } }\n"
-             "hull() { cube(size = [1, 1, 1]); intersection() { cube(size = [3, 3, 3]); cube(size = [2, 4, 1]); } "
-             "linear_extrude(height = 2) { hull() { square(size = 1); circle(r = 1, $fn = 5); } } }\n"
-             "linear_extrude(height = 3) { projection(cut = true) { cylinder(h = 1, r1 = 1, r2 = 0.5, center = true); "
-             "} }\n");
+    runs_out(
+        "x.csg",
+        "difference() { cube(size = [2, 2, 2], center = true); multmatrix([[0.8, -0.6, 0, 0], "
+        "[0.6, 0.8, 0, 0], "
+        "[0, 0, 1, 0], [0, 0, 0, 1]]) { union() { cube(size = [3, 0.3, 0.5], center = true); "
+        "sphere(r = 0.4, "
+        "$fn = 8); } } }\n"
+        "linear_extrude(height = 1) { difference() { polygon(points = [[0, 0], [2, 0], [1, 0.5], "
+        "[2, 2], [0, 2]], "
+        "paths = [[0, 1, 2, 3, 4]]); circle(r = 0.3, $fn = 6); } }\n"
+        "rotate_extrude(angle = 200, $fn = 12) { difference() { square(size = [2, 1], center = "
+        "false); "
+        "polygon(points = [[0.1, 0.1], [1, 0.2], [0.5, 0.3], [1, 0.6]]); } }\n"
+        "hull() { cube(size = [1, 1, 1]); intersection() { cube(size = [3, 3, 3]); cube(size = [2, "
+        "4, 1]); } "
+        "linear_extrude(height = 2) { hull() { square(size = 1); circle(r = 1, $fn = 5); } } }\n"
+        "linear_extrude(height = 3) { projection(cut = true) { cylinder(h = 1, r1 = 1, r2 = 0.5, "
+        "center = true); "
+        "} }\n");
 }
 
 int main(void) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The .csg files of the data folder: each solid keeps all claims and has the volume of OpenSCAD's own mesh of it. */
+/* The .csg files of the data folder: each solid keeps all claims and has the volume of OpenSCAD's
+ * own mesh of it. */
 #include <math.h>
 #include <zlib.h>
 
@@ -50,7 +51,8 @@ static bool stl_volume(const char *name, bool packed, double *volume_out) {
     double corner[3][3], six = 0;
     int n = 0;
     while (gzgets(file, line, sizeof line))
-        if (sscanf(line, " vertex %lf %lf %lf", &corner[n][0], &corner[n][1], &corner[n][2]) == 3 && ++n == 3) {
+        if (sscanf(line, " vertex %lf %lf %lf", &corner[n][0], &corner[n][1], &corner[n][2]) == 3 &&
+            ++n == 3) {
             const double *a = corner[0], *b = corner[1], *c = corner[2];
             six += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
                    a[2] * (b[0] * c[1] - b[1] * c[0]);
@@ -61,15 +63,18 @@ static bool stl_volume(const char *name, bool packed, double *volume_out) {
     return true;
 }
 
-/* What lies inside along rays through the box, one in each square of a lattice, as they are crossed. */
+/* What lies inside along rays through the box, one in each square of a lattice, as they are
+ * crossed. */
 static double ray_volume(const qn_solid *solid, int axis, int side, test_random *random) {
     double low[3], high[3], sum = 0;
     int u = (axis + 1) % 3, v = (axis + 2) % 3;
     qn_solid_get_box(solid, low, high);
     for (int64_t n = 0; n < (int64_t)side * side; ++n) {
         double a[3], b[3], inside_from = -1;
-        a[u] = b[u] = low[u] + (high[u] - low[u]) * ((double)(n % side) + test_random_unit(random)) / side;
-        a[v] = b[v] = low[v] + (high[v] - low[v]) * ((double)(n / side) + test_random_unit(random)) / side;
+        a[u] = b[u] =
+            low[u] + (high[u] - low[u]) * ((double)(n % side) + test_random_unit(random)) / side;
+        a[v] = b[v] =
+            low[v] + (high[v] - low[v]) * ((double)(n / side) + test_random_unit(random)) / side;
         a[axis] = low[axis] - 1;
         b[axis] = high[axis] + 1;
         qni_crossing crossings[64];
@@ -121,7 +126,8 @@ static void volumes_are_those_of_openscad(void **state) {
         for (int axis = 0; axis < 3; ++axis) {
             double found = ray_volume(solid, axis, (int)test_count(160, 1000), &random);
             if (fabs(found - expected) > (test_is_long() ? 0.0005 : 0.005) * fabs(expected))
-                fail_msg("%s: volume %g along axis %d, OpenSCAD's mesh has %g", models[i].name, found, axis, expected);
+                fail_msg("%s: volume %g along axis %d, OpenSCAD's mesh has %g", models[i].name,
+                         found, axis, expected);
         }
         qn_solid_destroy(solid);
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Callbacks and expression tapes: files and what is wrong with them, values, bounds, gradients, pruning. */
+/* Callbacks and expression tapes: files and what is wrong with them, values, bounds, gradients,
+ * pruning. */
 #include <math.h>
 
 #include "lib/solid_claims.h"
@@ -9,7 +10,8 @@
 static qn_solid *parse(qn_context *context, const char *text) {
     qn_solid *solid = NULL;
     qn_error error;
-    if (qn_solid_read_text(context, "test.vm", text, (int64_t)strlen(text), NULL, &solid, &error) != QN_OK)
+    if (qn_solid_read_text(context, "test.vm", text, (int64_t)strlen(text), NULL, &solid, &error) !=
+        QN_OK)
         fail_msg("%s", error.message);
     return solid;
 }
@@ -26,12 +28,28 @@ static void every_operation_is_what_it_says(void **state) {
         const char *operation;
         double expected;
     } cases[] = {
-        {"neg x", -0.5}, {"abs y", 0.25}, {"recip x", 2}, {"square y", 0.0625}, {"sqrt x", 0.70710678118654757},
-        {"sin x", 0.47942553860420301}, {"cos x", 0.87758256189037276}, {"tan x", 0.54630248984379048},
-        {"asin x", 0.52359877559829893}, {"acos x", 1.0471975511965979}, {"atan x", 0.46364760900080609},
-        {"exp x", 1.6487212707001282}, {"ln x", -0.69314718055994529}, {"log x", -0.69314718055994529},
-        {"add x y", 0.25}, {"sub x y", 0.75}, {"mul x y", -0.125}, {"div x y", -2}, {"min x y", -0.25},
-        {"max x y", 0.5}, {"var-z", 2}, {"const 1e3", 1000},
+        {"neg x", -0.5},
+        {"abs y", 0.25},
+        {"recip x", 2},
+        {"square y", 0.0625},
+        {"sqrt x", 0.70710678118654757},
+        {"sin x", 0.47942553860420301},
+        {"cos x", 0.87758256189037276},
+        {"tan x", 0.54630248984379048},
+        {"asin x", 0.52359877559829893},
+        {"acos x", 1.0471975511965979},
+        {"atan x", 0.46364760900080609},
+        {"exp x", 1.6487212707001282},
+        {"ln x", -0.69314718055994529},
+        {"log x", -0.69314718055994529},
+        {"add x y", 0.25},
+        {"sub x y", 0.75},
+        {"mul x y", -0.125},
+        {"div x y", -2},
+        {"min x y", -0.25},
+        {"max x y", 0.5},
+        {"var-z", 2},
+        {"const 1e3", 1000},
     };
     qn_context *context = test_context(1);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
@@ -70,8 +88,9 @@ static void bad_files_end_in_one_sentence(void **state) {
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         qn_solid *solid;
         qn_error error = {0};
-        assert_int_equal(qn_solid_read_text(context, "bad.vm", cases[i].text, (int64_t)strlen(cases[i].text), NULL,
-                                            &solid, &error), QN_ERROR_INPUT);
+        assert_int_equal(qn_solid_read_text(context, "bad.vm", cases[i].text,
+                                            (int64_t)strlen(cases[i].text), NULL, &solid, &error),
+                         QN_ERROR_INPUT);
         assert_null(solid);
         if (!strstr(error.message, cases[i].says) || !strstr(error.message, "bad.vm"))
             fail_msg("'%s' should say '%s'", error.message, cases[i].says);
@@ -99,7 +118,8 @@ static void ties_take_the_first(void **state) {
     qn_context *context = test_context(1);
     qn_solid *solid = parse(context, "x var-x\ny var-y\nm max x y\n");
     double point[1][3] = {{0.5, 0.5, 0}}, gradient[1][3];
-    assert_int_equal(solid->ops->gradients(solid, 1, (const double(*)[3])point, gradient, NULL), QN_OK);
+    assert_int_equal(solid->ops->gradients(solid, 1, (const double(*)[3])point, gradient, NULL),
+                     QN_OK);
     assert_true(gradient[0][0] == 1 && gradient[0][1] == 0);
     qn_solid_destroy(solid);
     test_context_end(context);
@@ -107,17 +127,19 @@ static void ties_take_the_first(void **state) {
 
 /* A random expression of some depth, safe operations and unsafe ones alike. */
 static void random_text(test_random *random, char *text, size_t size) {
-    static const char *const unary[] = {"neg", "abs", "square", "sqrt", "sin", "cos", "exp", "atan", "tan", "asin",
-                                        "acos", "ln", "recip"};
+    static const char *const unary[] = {"neg",  "abs", "square", "sqrt", "sin", "cos",  "exp",
+                                        "atan", "tan", "asin",   "acos", "ln",  "recip"};
     static const char *const binary[] = {"add", "sub", "mul", "min", "max", "min", "max", "div"};
     size_t used = (size_t)snprintf(text, size, "n0 var-x\nn1 var-y\nn2 var-z\nn3 const %.3f\n",
                                    test_random_gaussian(random));
     int count = 4, total = (int)test_random_range(random, 8, 40);
     for (; count < total; ++count) {
-        int a = (int)test_random_range(random, 0, count - 1), b = (int)test_random_range(random, 0, count - 1);
+        int a = (int)test_random_range(random, 0, count - 1),
+            b = (int)test_random_range(random, 0, count - 1);
         if (count == total - 1 || test_random_unit(random) < 0.6) {
             used += (size_t)snprintf(text + used, size - used, "n%d %s n%d n%d\n", count,
-                                     binary[test_random_range(random, 0, 7)], count == total - 1 ? count - 1 : a, b);
+                                     binary[test_random_range(random, 0, 7)],
+                                     count == total - 1 ? count - 1 : a, b);
         } else {
             used += (size_t)snprintf(text + used, size - used, "n%d %s n%d\n", count,
                                      unary[test_random_range(random, 0, 12)], a);
@@ -144,10 +166,11 @@ static void smooth_tapes_have_exact_gradients(void **state) {
     (void)state;
     test_random random = {test_seed()};
     qn_context *context = test_context(1);
-    qn_solid *solid = parse(context, "x var-x\ny var-y\nz var-z\nx2 square x\ny2 square y\nz2 square z\n"
-                                     "a add x2 y2\nb sqrt a\nc const 1.5\nd sub b c\ne square d\ng add e z2\n"
-                                     "h sqrt g\ni const 0.5\nt sub h i\ns sin x\nk cos y\nl mul s k\nm exp l\n"
-                                     "o const 0.3\np mul m o\nq add t p\nr div q m\nu max r z\nv atan u\n");
+    qn_solid *solid =
+        parse(context, "x var-x\ny var-y\nz var-z\nx2 square x\ny2 square y\nz2 square z\n"
+                       "a add x2 y2\nb sqrt a\nc const 1.5\nd sub b c\ne square d\ng add e z2\n"
+                       "h sqrt g\ni const 0.5\nt sub h i\ns sin x\nk cos y\nl mul s k\nm exp l\n"
+                       "o const 0.3\np mul m o\nq add t p\nr div q m\nu max r z\nv atan u\n");
     test_claims claims = {{-2, -2, -2}, {2, 2, 2}, .rounds = 5000, .difference = 1e-4};
     test_solid_claims("torus and more", solid, &claims, &random);
     qn_solid_destroy(solid);
@@ -170,7 +193,8 @@ static void restriction_shortens(void **state) {
 
 static void files_of_the_data_folder(void **state) {
     (void)state;
-    static const char *const names[] = {"csg/colonnade.vm", "csg/hi.vm", "csg/quarter.vm", "csg/tanglecube.vm"};
+    static const char *const names[] = {"csg/colonnade.vm", "csg/hi.vm", "csg/quarter.vm",
+                                        "csg/tanglecube.vm"};
     test_random random = {test_seed()};
     qn_context *context = test_context(1);
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
@@ -239,7 +263,8 @@ static void callbacks_have_defaults(void **state) {
         callback.lipschitz = known;
         qn_solid *solid;
         assert_int_equal(qn_solid_from_callback(context, &callback, &solid, NULL), QN_OK);
-        test_claims claims = {{-1.3, -1.3, -1.3}, {1.3, 1.3, 1.3}, .rounds = 1000, .slope = 1, .difference = 1e-3};
+        test_claims claims = {
+            {-1.3, -1.3, -1.3}, {1.3, 1.3, 1.3}, .rounds = 1000, .slope = 1, .difference = 1e-3};
         test_solid_claims("ball", solid, &claims, &random);
         assert_true(isinf(value(solid, 10, 0, 0)));
         qni_crossing crossings[4];
@@ -249,7 +274,8 @@ static void callbacks_have_defaults(void **state) {
         assert_int_equal(count, known ? 2 : 0); /* without a bound only the ends speak */
         self.stop = true;
         double v, point[1][3] = {{0, 0, 0}};
-        assert_int_equal(qn_solid_values(solid, 1, (const double(*)[3])point, &v, NULL), QN_ERROR_CANCELLED);
+        assert_int_equal(qn_solid_values(solid, 1, (const double(*)[3])point, &v, NULL),
+                         QN_ERROR_CANCELLED);
         self.stop = false;
         qn_solid_destroy(solid);
     }
@@ -263,13 +289,16 @@ static void bad_callbacks_are_named(void **state) {
     qn_solid *solid;
     qn_error error;
     memset(&callback, 0, sizeof callback);
-    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "qn_solid_callback_init"));
     qn_solid_callback_init(&callback);
-    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "values"));
     callback.values = ball_values;
-    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, &error),
+                     QN_ERROR_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "axis 0"));
     test_context_end(context);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* OpenVDB's volumeToMesh under the benchmark's frame. The grid is made outside of the time: leaves where the surface is, with the
- * samples' values, tiles of either sign elsewhere. It also closes the mesh at the volume's border, where the background begins. */
+/* OpenVDB's volumeToMesh under the benchmark's frame. The grid is made outside of the time: leaves
+ * where the surface is, with the samples' values, tiles of either sign elsewhere. It also closes
+ * the mesh at the volume's border, where the background begins. */
 #include "bench/bench.h"
 
 #include <openvdb/openvdb.h>
@@ -21,17 +22,20 @@ struct state {
     std::vector<openvdb::Vec4I> quads;
 };
 
-/* Level set values. Outside, where they are positive and the background begins, is the side of the first sample. */
+/* Level set values. Outside, where they are positive and the background begins, is the side of the
+ * first sample. */
 template <class scalar> class source {
-public:
+  public:
     explicit source(const bench_volume &volume)
-        : samples_(static_cast<const scalar *>(volume.samples)), size_(volume.size), iso_(volume.iso),
-          sign_(static_cast<double>(samples_[0]) < volume.iso ? -1 : 1) {}
+        : samples_(static_cast<const scalar *>(volume.samples)), size_(volume.size),
+          iso_(volume.iso), sign_(static_cast<double>(samples_[0]) < volume.iso ? -1 : 1) {
+    }
     float at(int64_t x, int64_t y, int64_t z) const {
-        return static_cast<float>(sign_ * (static_cast<double>(samples_[x + size_[0] * (y + size_[1] * z)]) - iso_));
+        return static_cast<float>(
+            sign_ * (static_cast<double>(samples_[x + size_[0] * (y + size_[1] * z)]) - iso_));
     }
 
-private:
+  private:
     const scalar *samples_;
     const int64_t *size_;
     double iso_, sign_;
@@ -39,8 +43,10 @@ private:
 
 enum { LEAF = 8 };
 
-/* Do the samples of a leaf, and those that touch it, lie on both sides? Samples beyond the volume lie outside. */
-template <class scalar> bool is_mixed(const source<scalar> &from, const int64_t size[3], const int64_t at[3]) {
+/* Do the samples of a leaf, and those that touch it, lie on both sides? Samples beyond the volume
+ * lie outside. */
+template <class scalar>
+bool is_mixed(const source<scalar> &from, const int64_t size[3], const int64_t at[3]) {
     bool inside = false, outside = false;
     int64_t low[3], high[3];
     for (int a = 0; a < 3; ++a) {
@@ -63,7 +69,8 @@ template <class scalar> void fill(openvdb::FloatGrid &grid, const bench_volume &
     for (at[0] = 0; at[0] < size[0]; at[0] += LEAF)
         for (at[1] = 0; at[1] < size[1]; at[1] += LEAF)
             for (at[2] = 0; at[2] < size[2]; at[2] += LEAF) {
-                const openvdb::Coord corner(static_cast<int>(at[0]), static_cast<int>(at[1]), static_cast<int>(at[2]));
+                const openvdb::Coord corner(static_cast<int>(at[0]), static_cast<int>(at[1]),
+                                            static_cast<int>(at[2]));
                 if (!is_mixed(from, size, at)) {
                     if (from.at(at[0], at[1], at[2]) <= 0)
                         tree.addTile(1, corner, -grid.background(), false);
@@ -81,7 +88,8 @@ template <class scalar> void fill(openvdb::FloatGrid &grid, const bench_volume &
 void *prepare(const bench_volume *volume, int threads, bool) {
     openvdb::initialize();
     state *s = new state;
-    s->threads.reset(new tbb::global_control(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads)));
+    s->threads.reset(new tbb::global_control(tbb::global_control::max_allowed_parallelism,
+                                             static_cast<size_t>(threads)));
     s->grid = openvdb::FloatGrid::create(volume->scalar == QN_F32 ? 1.0f : 1000.0f);
     s->grid->setGridClass(openvdb::GRID_LEVEL_SET);
     switch (volume->scalar) {
@@ -108,7 +116,8 @@ bool extract(void *user, bench_outcome *outcome) {
     openvdb::tools::volumeToMesh(*s->grid, s->points, s->triangles, s->quads, 0.0, 0.0);
     outcome->vertices = static_cast<int64_t>(s->points.size());
     outcome->faces = static_cast<int64_t>(s->quads.size() + s->triangles.size());
-    outcome->output_bytes = static_cast<int64_t>(12 * s->points.size() + 16 * s->quads.size() + 12 * s->triangles.size());
+    outcome->output_bytes = static_cast<int64_t>(12 * s->points.size() + 16 * s->quads.size() +
+                                                 12 * s->triangles.size());
     outcome->scratch_bytes = -1;
     outcome->classify_wall = outcome->emit_wall = -1;
     return true;

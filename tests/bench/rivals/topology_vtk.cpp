@@ -13,12 +13,14 @@
 static std::vector<float> positions;
 static std::vector<uint32_t> triangles;
 
-static bool surface(const uint16_t *samples, const int64_t size[3], double iso, qn_mesh_view *view) {
+static bool surface(const uint16_t *samples, const int64_t size[3], double iso,
+                    qn_mesh_view *view) {
     const bench_volume volume = {"noisy", QN_U16, false, {size[0], size[1], size[2]}, samples, iso};
     vtk_engine *engine = vtk_engine_make(volume, 2, false);
     vtkPolyData *mesh = vtk_engine_run(*engine);
-    positions.assign(static_cast<float *>(mesh->GetPoints()->GetVoidPointer(0)),
-                     static_cast<float *>(mesh->GetPoints()->GetVoidPointer(3 * mesh->GetNumberOfPoints())));
+    positions.assign(
+        static_cast<float *>(mesh->GetPoints()->GetVoidPointer(0)),
+        static_cast<float *>(mesh->GetPoints()->GetVoidPointer(3 * mesh->GetNumberOfPoints())));
     triangles.clear();
     auto face = vtk::TakeSmartPointer(mesh->GetPolys()->NewIterator());
     for (face->GoToFirstCell(); !face->IsDoneWithTraversal(); face->GoToNextCell()) {
