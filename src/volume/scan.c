@@ -68,47 +68,47 @@ static void merge_range(qni_range *range, double low, double high, double sum) {
 
 /* Two loops over the same few kilobytes: minima and counts may be taken in any order, sums may not.
  */
-#define REAL_RANGE(NAME, type, largest)                                                              \
-    static double sum_##NAME(const type *at, int64_t count) {                                        \
-        double sums[LANES] = {0};                                                                    \
-        int64_t whole = count - count % LANES;                                                       \
-        for (int64_t i = 0; i < whole; i += LANES)                                                   \
-            for (int l = 0; l < LANES; ++l)                                                          \
-                sums[l] += (double)at[i + l];                                                        \
-        for (int64_t i = whole; i < count; ++i)                                                      \
-            sums[i - whole] += (double)at[i];                                                        \
-        double sum = 0;                                                                              \
-        for (int l = 0; l < LANES; ++l)                                                              \
-            sum += sums[l];                                                                          \
-        return sum;                                                                                  \
-    }                                                                                                \
-    static void range_##NAME(const void *samples, int64_t count, qni_range *range) {                 \
-        const type *at = samples;                                                                    \
-        type low = (type)INFINITY, high = (type)-INFINITY;                                           \
-        int32_t nan = 0, infinite = 0, broken = 0;                                                   \
+#define REAL_RANGE(NAME, type, largest)                                                            \
+    static double sum_##NAME(const type *at, int64_t count) {                                      \
+        double sums[LANES] = {0};                                                                  \
+        int64_t whole = count - count % LANES;                                                     \
+        for (int64_t i = 0; i < whole; i += LANES)                                                 \
+            for (int l = 0; l < LANES; ++l)                                                        \
+                sums[l] += (double)at[i + l];                                                      \
+        for (int64_t i = whole; i < count; ++i)                                                    \
+            sums[i - whole] += (double)at[i];                                                      \
+        double sum = 0;                                                                            \
+        for (int l = 0; l < LANES; ++l)                                                            \
+            sum += sums[l];                                                                        \
+        return sum;                                                                                \
+    }                                                                                              \
+    static void range_##NAME(const void *samples, int64_t count, qni_range *range) {               \
+        const type *at = samples;                                                                  \
+        type low = (type)INFINITY, high = (type)-INFINITY;                                         \
+        int32_t nan = 0, infinite = 0, broken = 0;                                                 \
         SIMD(omp simd reduction(min : low) reduction(max : high) reduction(+ : nan, infinite)      \
                  reduction(| : broken)) \
-        for (int32_t i = 0; i < (int32_t)count; ++i) {                                               \
-            type size = at[i] < 0 ? -at[i] : at[i];                                                  \
-            type lower = size <= largest ? at[i] : (type)INFINITY;                                   \
-            type upper = size <= largest ? at[i] : (type)-INFINITY;                                  \
-            type small = size < (type)(1 << 30) ? at[i] : 0;                                         \
-            low = lower < low ? lower : low;                                                         \
-            high = upper > high ? upper : high;                                                      \
-            nan += at[i] != at[i];                                                                   \
-            infinite += size > largest;                                                              \
-            broken |= (type)(int32_t)small != small;                                                 \
-        }                                                                                            \
-        double sum = 0;                                                                              \
-        if (nan + infinite == 0)                                                                     \
-            sum = sum_##NAME(at, count);                                                             \
-        else                                                                                         \
-            for (int64_t i = 0; i < count; ++i)                                                      \
-                sum += isfinite(at[i]) ? (double)at[i] : 0;                                          \
-        merge_range(range, (double)low, (double)high, sum);                                          \
-        range->nan_count += nan;                                                                     \
-        range->infinite_count += infinite;                                                           \
-        range->has_fractions |= broken != 0;                                                         \
+        for (int32_t i = 0; i < (int32_t)count; ++i) {                                             \
+            type size = at[i] < 0 ? -at[i] : at[i];                                                \
+            type lower = size <= largest ? at[i] : (type)INFINITY;                                 \
+            type upper = size <= largest ? at[i] : (type)-INFINITY;                                \
+            type small = size < (type)(1 << 30) ? at[i] : 0;                                       \
+            low = lower < low ? lower : low;                                                       \
+            high = upper > high ? upper : high;                                                    \
+            nan += at[i] != at[i];                                                                 \
+            infinite += size > largest;                                                            \
+            broken |= (type)(int32_t)small != small;                                               \
+        }                                                                                          \
+        double sum = 0;                                                                            \
+        if (nan + infinite == 0)                                                                   \
+            sum = sum_##NAME(at, count);                                                           \
+        else                                                                                       \
+            for (int64_t i = 0; i < count; ++i)                                                    \
+                sum += isfinite(at[i]) ? (double)at[i] : 0;                                        \
+        merge_range(range, (double)low, (double)high, sum);                                        \
+        range->nan_count += nan;                                                                   \
+        range->infinite_count += infinite;                                                         \
+        range->has_fractions |= broken != 0;                                                       \
     }
 
 #define BIN(NAME, type)                                                                            \
