@@ -117,8 +117,9 @@ static bool point_in_cell(const double d[8], int axis, int face_side, const doub
 }
 
 /* How deep into its cells a segment's points lie, against the length of its arc. Nearer points make
- * narrower quads but cross others less often: crossing pairs of triangles in models/mri-brain.nii.gz
- * at 40.5, with its 287 doubled edges, are 1,497 at 0.0625, 903 at 0.02, 753 at 0.005. */
+ * narrower quads but cross others less often: crossing pairs of triangles in
+ * models/mri-brain.nii.gz at 40.5, with its 287 doubled edges, are 1,497 at 0.0625, 903 at 0.02,
+ * 753 at 0.005. */
 static const double nearness = 0.02;
 
 /* The four points of a doubled face: two for each segment, first the one above the face. Returns
