@@ -5,6 +5,7 @@
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
 #include "dmc/repair.h"
+#include "dmc/rim.h"
 #include "dmc/tunnel_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -22,9 +23,11 @@ typedef struct worker {
     int64_t doubled_count, doubled_capacity;
     qni_tunnel_cell *tunnels;
     int64_t tunnel_count, tunnel_capacity;
+    qni_rim_vertex *rims;
+    int64_t rim_count, rim_capacity;
     qni_dmc_tally tally;
     uint8_t simple[256]; /* qni_case_is_simple(), looked up */
-    bool with_tunnels, failed;
+    bool with_tunnels, with_rims, failed;
 } worker;
 
 static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted,
@@ -42,16 +45,19 @@ static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_
 /* Room for whatever one more leaf may hold. */
 static bool reserve_leaf(qn_context *context, worker *w) {
     enum { CELLS = QNI_LEAF * QNI_LEAF * QNI_LEAF };
-    void *multis = w->multis, *doubled = w->doubled, *tunnels = w->tunnels;
+    void *multis = w->multis, *doubled = w->doubled, *tunnels = w->tunnels, *rims = w->rims;
     const bool good =
         reserve(context, &multis, &w->multi_capacity, w->multi_count + CELLS, sizeof *w->multis) &&
         reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS,
                 sizeof *w->doubled) &&
         reserve(context, &tunnels, &w->tunnel_capacity, w->tunnel_count + CELLS,
-                sizeof *w->tunnels);
+                sizeof *w->tunnels) &&
+        (!w->with_rims ||
+         reserve(context, &rims, &w->rim_capacity, w->rim_count + 4 * CELLS, sizeof *w->rims));
     w->multis = multis;
     w->doubled = doubled;
     w->tunnels = tunnels;
+    w->rims = rims;
     return good;
 }
 
@@ -163,6 +169,9 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t ba
         extra = count_slice_extras(field, signs, at, z, out->active[z], extra, w);
     }
     out->multi_count = (uint16_t)(w->multi_count - out->multi_base);
+    if (w->with_rims)
+        w->rim_count += qni_rim_count_leaf(field, signs, leaf, row->vertex_count, out,
+                                           w->multis + out->multi_base, w->rims + w->rim_count);
     row->vertex_count += cells + extra;
     row->quad_count +=
         count_quads(&masks, &extent, row->quads ? row->quads + (out - row->leaves) : NULL);
@@ -177,6 +186,14 @@ static int64_t count_mixed(const qni_field *field, const qni_scan *scan, int32_t
     return count;
 }
 
+/* A copy of what a worker gathered; NULL for nothing, and when there is no memory. */
+static void *keep(qn_context *context, const void *items, int64_t count, size_t size) {
+    void *copy = count ? qni_alloc(context, count, size) : NULL;
+    if (copy)
+        memcpy(copy, items, (size_t)count * size);
+    return copy;
+}
+
 static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) {
     qni_dmc_row *row = dmc->rows + index;
     int32_t leaf[3];
@@ -184,6 +201,7 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     w->multi_count = 0;
     w->doubled_count = 0;
     w->tunnel_count = 0;
+    w->rim_count = 0;
     if (mixed == 0)
         return true;
     row->leaves = qni_alloc(dmc->context, mixed, sizeof *row->leaves);
@@ -204,28 +222,16 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     }
     if (row->vertex_count > UINT32_MAX || row->quad_count > UINT32_MAX)
         return false;
-    if (w->multi_count) {
-        row->multis = qni_alloc(dmc->context, w->multi_count, sizeof *row->multis);
-        if (!row->multis)
-            return false;
-        row->multi_count = (int32_t)w->multi_count;
-        memcpy(row->multis, w->multis, (size_t)w->multi_count * sizeof *row->multis);
-    }
-    if (w->doubled_count) {
-        row->doubled = qni_alloc(dmc->context, w->doubled_count, sizeof *row->doubled);
-        if (!row->doubled)
-            return false;
-        row->doubled_count = (int32_t)w->doubled_count;
-        memcpy(row->doubled, w->doubled, (size_t)w->doubled_count * sizeof *row->doubled);
-    }
-    if (w->tunnel_count) {
-        row->tunnels = qni_alloc(dmc->context, w->tunnel_count, sizeof *row->tunnels);
-        if (!row->tunnels)
-            return false;
-        row->tunnel_count = (int32_t)w->tunnel_count;
-        memcpy(row->tunnels, w->tunnels, (size_t)w->tunnel_count * sizeof *row->tunnels);
-    }
-    return true;
+    row->multi_count = (int32_t)w->multi_count;
+    row->doubled_count = (int32_t)w->doubled_count;
+    row->tunnel_count = (int32_t)w->tunnel_count;
+    row->rim_count = (int32_t)w->rim_count;
+    row->multis = keep(dmc->context, w->multis, w->multi_count, sizeof *row->multis);
+    row->doubled = keep(dmc->context, w->doubled, w->doubled_count, sizeof *row->doubled);
+    row->tunnels = keep(dmc->context, w->tunnels, w->tunnel_count, sizeof *row->tunnels);
+    row->rims = keep(dmc->context, w->rims, w->rim_count, sizeof *row->rims);
+    return (row->multis || !w->multi_count) && (row->doubled || !w->doubled_count) &&
+           (row->tunnels || !w->tunnel_count) && (row->rims || !w->rim_count);
 }
 
 static bool count_band(qni_dmc *dmc, int64_t band, worker *w) {
@@ -245,6 +251,7 @@ void qni_dmc_free_rows(qni_dmc *dmc) {
         qni_free(dmc->context, row->doubled, row->doubled_count, sizeof *row->doubled);
         qni_free(dmc->context, row->tunnels, row->tunnel_count, sizeof *row->tunnels);
         qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
+        qni_free(dmc->context, row->rims, row->rim_count, sizeof *row->rims);
     }
     qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);
     dmc->rows = NULL;
@@ -268,6 +275,7 @@ static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
                  sizeof *workers[t].doubled);
         qni_free(dmc->context, workers[t].tunnels, workers[t].tunnel_capacity,
                  sizeof *workers[t].tunnels);
+        qni_free(dmc->context, workers[t].rims, workers[t].rim_capacity, sizeof *workers[t].rims);
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
 }
@@ -284,6 +292,7 @@ static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
             return NULL;
         }
         workers[t].with_tunnels = dmc->with_tunnels;
+        workers[t].with_rims = dmc->with_repair && dmc->field.border == 0;
         for (int c = 0; c < 256; ++c)
             workers[t].simple[c] = (uint8_t)qni_case_is_simple(c);
     }
@@ -312,7 +321,7 @@ static qn_status count_bands(qni_dmc *dmc, worker *workers, int32_t threads, qn_
 
 static void assign_bases(qni_dmc *dmc) {
     dmc->vertex_count = dmc->quad_count = dmc->leaf_count = dmc->doubled_count = dmc->tunnel_count =
-        0;
+        dmc->rim_count = 0;
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         qni_dmc_row *row = dmc->rows + r;
         row->vertex_base = dmc->vertex_count;
@@ -322,6 +331,8 @@ static void assign_bases(qni_dmc *dmc) {
         dmc->leaf_count += row->leaf_count;
         dmc->doubled_count += row->doubled_count;
         dmc->tunnel_count += row->tunnel_count;
+        for (int32_t n = 0; n < row->rim_count; ++n)
+            dmc->rim_count += row->rims[n].fans - 1;
     }
 }
 

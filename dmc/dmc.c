@@ -16,7 +16,7 @@ void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes) {
 }
 
 static int64_t total_vertices(const qni_dmc *dmc) {
-    return dmc->vertex_count + (dmc->repair ? dmc->repair->extra_vertices : 0);
+    return dmc->vertex_count + (dmc->repair ? dmc->repair->extra_vertices : 0) + dmc->rim_count;
 }
 
 static int64_t total_quads(const qni_dmc *dmc) {
@@ -47,8 +47,9 @@ static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report
     report->restored_tunnels = dmc->tunnel_count;
     report->slice_points = tally->slice_points;
     report->degenerate_points = tally->degenerate_points;
-    report->fallback_points =
-        tally->fallback_points + (dmc->repair ? dmc->repair->fallback_points : 0);
+    report->split_rim_vertices = dmc->rim_count;
+    report->fallback_points = tally->fallback_points + dmc->rim_points_left +
+                              (dmc->repair ? dmc->repair->fallback_points : 0);
     report->zero_gradients = tally->zero_gradients;
     report->nan_samples = dmc->field.nan_count;
     report->infinite_samples = dmc->field.infinite_count;

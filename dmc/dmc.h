@@ -47,13 +47,22 @@ typedef struct qni_tunnel_cell {
     double middle[3]; /* in the tunnel; local */
 } qni_tunnel_cell;
 
+/* A polygon at the rim of an open field whose quads form several fans (rim.h). */
+typedef struct qni_rim_vertex {
+    int32_t cell[3];
+    uint16_t entry; /* of cases_hd.h */
+    uint8_t polygon, fans;
+    uint32_t vertex; /* from the start of its row */
+} qni_rim_vertex;
+
 typedef struct qni_dmc_row {
     qni_dmc_leaf *leaves;  /* ascending x */
     qni_leaf_quads *quads; /* of each leaf; only when halfedges are wanted */
     qni_multi_cell *multis;
     qni_doubled_face *doubled;
     qni_tunnel_cell *tunnels;
-    int32_t leaf_count, multi_count, doubled_count, tunnel_count;
+    qni_rim_vertex *rims;
+    int32_t leaf_count, multi_count, doubled_count, tunnel_count, rim_count;
     int64_t vertex_count, quad_count;
     int64_t vertex_base, quad_base; /* in the mesh */
 } qni_dmc_row;
@@ -73,8 +82,10 @@ typedef struct qni_dmc {
     int64_t row_count;
     int64_t vertex_count, quad_count, leaf_count; /* before repair */
     int64_t doubled_count, tunnel_count;          /* of those to be taken apart, and restored */
-    int64_t held_before;                          /* bytes the context held when the work began */
-    int64_t scratch_bytes;                        /* most bytes held beside that and the mesh */
+    int64_t rim_count;       /* vertices more since several fans met at one, at an open rim */
+    int64_t rim_points_left; /* points of those that are left on a lattice edge */
+    int64_t held_before;     /* bytes the context held when the work began */
+    int64_t scratch_bytes;   /* most bytes held beside that and the mesh */
     qni_dmc_tally tally;
 } qni_dmc;
 

@@ -7,6 +7,7 @@
 #include "dmc/extent.h"
 #include "dmc/link.h"
 #include "dmc/repair.h"
+#include "dmc/rim.h"
 #include "dmc/vertex_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -512,6 +513,8 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
         dmc->tally.zero_gradients += workers[t].tally.zero_gradients;
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
+    if (status == QN_OK && dmc->rim_count > 0)
+        dmc->rim_points_left = qni_rim_apply(dmc, &job.frame, job.reverse, mesh);
     if (status == QN_OK && dmc->repair)
         qni_repair_apply(dmc, &job.frame, job.reverse, mesh);
     if (status == QN_OK && dmc->repair && mesh->twins)

@@ -72,7 +72,7 @@ static void link_vertices(const qni_dmc *dmc, int64_t index, qn_mesh *mesh) {
 
 void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {
     qni_repair *repair = dmc->repair;
-    for (int64_t v = dmc->vertex_count; v < mesh->vertex_count; ++v)
+    for (int64_t v = dmc->vertex_count; v < dmc->vertex_count + repair->extra_vertices; ++v)
         mesh->vertex_halfedges[v] = QN_NO_HALFEDGE;
     for (int64_t n = 0; n < repair->split_count; ++n)
         memcpy(repair->splits[n].twins, mesh->twins + 4 * (size_t)repair->splits[n].quad,

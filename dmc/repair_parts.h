@@ -24,6 +24,12 @@ void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], doub
 void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3],
                       int64_t vertex);
 
+/* Where an edge of a cell meets the surface. */
+void qni_edge_crossing(const double d[8], int edge, double local[3]);
+/* Along the gradient onto the interpolant of a cell, by Newton's method; false, and nothing
+ * changed, when that leaves the cell or goes further than `reach`. */
+bool qni_bring_to_surface(const double d[8], double reach, double local[3]);
+
 /* tunnel.c: the points of a tunnel's end, which needs its quads as emitted; the quads between its
  * two ends, and their halfedges. */
 int qni_tunnel_place_end(const qni_repair_job *job, int64_t index);

@@ -3,6 +3,7 @@
  */
 #include "dmc/repair.h"
 #include "dmc/cell_hd.h"
+#include "dmc/rim.h"
 #include "dmc/ring_hd.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -30,26 +31,12 @@ static bool one_polygon_has_face(int entry, int face) {
     return true;
 }
 
-/* An edge has a quad when there are four cells round it. */
-static bool is_inner(const qni_field *field, const int32_t point[3], int axis) {
-    for (int a = 0; a < 3; ++a)
-        if (a != axis && (point[a] < 1 || point[a] >= field->cells[a]))
-            return false;
-    return true;
-}
-
-static void edge_point(const int32_t cell[3], int edge, int32_t point[3]) {
-    const int start = qni_edge_start_corner(edge);
-    for (int a = 0; a < 3; ++a)
-        point[a] = cell[a] + (start >> a & 1);
-}
-
 static bool segment_has_quad(const qni_field *field, const qni_doubled_face *face, int segment) {
     for (int n = 0; n < 2; ++n) {
         const int edge = qni_face_edge(2 * face->axis, face->first_cut + 2 * segment + 3 + n);
         int32_t point[3];
-        edge_point(face->cell, edge, point);
-        if (is_inner(field, point, qni_edge_axis(edge)))
+        qni_edge_point(face->cell, edge, point);
+        if (qni_edge_is_inner(field, point, qni_edge_axis(edge)))
             return true;
     }
     return false;
@@ -120,8 +107,8 @@ static int64_t mark_sides(const qni_dmc *dmc, mark *marks) {
         for (int n = 0; n < 4; ++n) {
             const int edge = qni_face_edge(2 * face->axis, face->first_cut + 3 + n);
             mark m = {.axis = (uint8_t)qni_edge_axis(edge), .value = 4 * i + 2 * (n / 2)};
-            edge_point(face->cell, edge, m.point);
-            if (!is_inner(field, m.point, m.axis))
+            qni_edge_point(face->cell, edge, m.point);
+            if (!qni_edge_is_inner(field, m.point, m.axis))
                 continue;
             m.row = row_of_point(field, m.point);
             m.place = (uint8_t)qni_ring_side(edge, 2 * face->axis);
@@ -142,7 +129,7 @@ static int64_t mark_cuts(const qni_dmc *dmc, mark *marks) {
                       .is_cut = 1,
                       .cut_edge = (uint8_t)n,
                       .value = i};
-            edge_point(dmc->repair->tunnels[i / 2].cell, edge, m.point);
+            qni_edge_point(dmc->repair->tunnels[i / 2].cell, edge, m.point);
             m.row = row_of_point(&dmc->field, m.point);
             m.place = (uint8_t)qni_ring_place(edge);
             const bool next_after = qni_ring_side(edge, qni_face_of_edges(edge, next)) == m.place;
@@ -208,8 +195,8 @@ bool qni_tunnel_has_quads(const qni_field *field, const qni_tunnel_cell *tunnel)
         list_end(tunnel, tunnel->polygon[n], &end);
         for (int k = 0; k < end.count; ++k) {
             int32_t point[3];
-            edge_point(tunnel->cell, end.edge[k], point);
-            if (!is_inner(field, point, qni_edge_axis(end.edge[k])))
+            qni_edge_point(tunnel->cell, end.edge[k], point);
+            if (!qni_edge_is_inner(field, point, qni_edge_axis(end.edge[k])))
                 return false;
         }
     }

@@ -15,7 +15,7 @@ enum { LONGEST_RING = 2 * QNI_EDGES };
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
-static void edge_crossing(const double d[8], int edge, double local[3]) {
+void qni_edge_crossing(const double d[8], int edge, double local[3]) {
     const int from = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
     for (int a = 0; a < 3; ++a)
         local[a] = from >> a & 1;
@@ -35,7 +35,7 @@ static void segment_middle(const double d[8], int edge, int next, double local[3
     for (int n = 0; n < 2; ++n) {
         const int own = n ? next : edge, across = qni_edge_axis(own) == p ? q : p;
         side[n] = 2 * (across == q) + qni_edge_side(own, across);
-        edge_crossing(d, own, ends[n]);
+        qni_edge_crossing(d, own, ends[n]);
     }
     for (int a = 0; a < 3; ++a)
         local[a] = (ends[0][a] + ends[1][a]) * 0.5;
@@ -65,8 +65,7 @@ static double distance(const double a[3], const double b[3]) {
                 (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/* Newton's method; false when it leaves the cell, or goes further than `reach`. */
-static bool bring_to_surface(const double d[8], double reach, double at[3]) {
+bool qni_bring_to_surface(const double d[8], double reach, double at[3]) {
     double to[3] = {at[0], at[1], at[2]}, gradient[3], step = 1;
     for (int round = 0; round < 12 && step > 1e-7; ++round) {
         const double value = evaluate(d, to, gradient);
@@ -83,8 +82,10 @@ static bool bring_to_surface(const double d[8], double reach, double at[3]) {
         if (!(distance(to, at) <= reach))
             return false;
     }
+    if (step > 1e-7)
+        return false;
     memcpy(at, to, sizeof to);
-    return step <= 1e-7;
+    return true;
 }
 
 /* How far the points go to the tunnel's middle. On 280 tunnels of smoothed noise 0.5 left 75 of
@@ -98,7 +99,7 @@ static int place_point(const qni_repair_job *job, const qni_tunnel_cell *tunnel,
     double local[3];
     for (int a = 0; a < 3; ++a)
         local[a] = border[a] + nearness * (tunnel->middle[a] - border[a]);
-    const bool found = bring_to_surface(d, distance(border, tunnel->middle) * 0.5, local);
+    const bool found = qni_bring_to_surface(d, distance(border, tunnel->middle) * 0.5, local);
     qni_repair_place(job, cell, local, vertex);
     return !found;
 }
@@ -115,7 +116,7 @@ int qni_tunnel_place_end(const qni_repair_job *job, int64_t index) {
     qni_repair_load_corners(&job->dmc->field, cell, d);
     end->vertex = first->corners[qni_quad_corner(qni_ring_place(end->edge[0]), first->forward)];
     for (int n = 0; n < end->count; ++n) {
-        edge_crossing(d, end->edge[n], border);
+        qni_edge_crossing(d, end->edge[n], border);
         left += place_point(job, tunnel, d, border, qni_end_edge_vertex(job->dmc, end, n));
         segment_middle(d, end->edge[n], end->edge[n + 1 < end->count ? n + 1 : 0], border);
         left += place_point(job, tunnel, d, border, qni_end_segment_vertex(job->dmc, end, n));

@@ -114,6 +114,7 @@ json_t *report_surface(const qn_surface_report *s) {
     set_integer(object, "repaired_edges", s->repaired_edges);
     set_integer(object, "tunnels", s->tunnels);
     set_integer(object, "restored_tunnels", s->restored_tunnels);
+    set_integer(object, "split_rim_vertices", s->split_rim_vertices);
     set_integer(object, "nan_samples", s->nan_samples);
     set_integer(object, "infinite_samples", s->infinite_samples);
     set_integer(object, "output_bytes", s->output_bytes);

@@ -91,6 +91,8 @@ typedef struct qn_surface_report {
     int64_t relaxed_vertices;   /* vertices that relaxation moved */
     int32_t simplify_passes;
     double seconds_simplify, seconds_relax;
+    int64_t split_rim_vertices; /* vertices more at an open border, so that none joins several fans
+                                   of quads; not with options->keep_doubled */
 } qn_surface_report;
 
 /* Extract the surfaces { p : volume(p) = iso } of the trilinear interpolant as consistently
