@@ -181,8 +181,8 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t ba
 
 static int64_t count_mixed(const qni_field *field, const qni_scan *scan, int32_t band_row) {
     int64_t count = 0;
-    for (int64_t x = 0; x < field->leaves[0]; ++x)
-        count += qni_scan_is_mixed(scan, band_row, x);
+    for (int64_t x = 0; (x = qni_scan_next_mixed(field, scan, band_row, x)) < field->leaves[0]; ++x)
+        ++count;
     return count;
 }
 
@@ -212,9 +212,8 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
         return false;
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     int64_t n = 0;
-    for (int64_t x = 0; x < dmc->field.leaves[0]; ++x) {
-        if (!qni_scan_is_mixed(&w->scan, band_row, x))
-            continue;
+    for (int64_t x = 0; n < mixed; ++x) {
+        x = qni_scan_next_mixed(&dmc->field, &w->scan, band_row, x);
         if (!reserve_leaf(dmc->context, w))
             return false;
         leaf[0] = (int32_t)x;
@@ -237,6 +236,8 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
 static bool count_band(qni_dmc *dmc, int64_t band, worker *w) {
     const int64_t first = qni_field_band_row(&dmc->field, band);
     qni_field_scan_band(&dmc->field, band, &w->scan);
+    if (w->scan.failed)
+        return false;
     for (int32_t n = 0; n < w->scan.rows; ++n)
         if (!count_row(dmc, first + n, n, w))
             return false;
@@ -267,8 +268,7 @@ static void add_tally(qni_dmc_tally *sum, const qni_dmc_tally *part) {
 
 static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
     for (int32_t t = 0; workers && t < threads; ++t) {
-        if (workers[t].scan.bits)
-            qni_scan_destroy(dmc->context, &dmc->field, &workers[t].scan);
+        qni_scan_destroy(dmc->context, &dmc->field, &workers[t].scan);
         qni_free(dmc->context, workers[t].multis, workers[t].multi_capacity,
                  sizeof *workers[t].multis);
         qni_free(dmc->context, workers[t].doubled, workers[t].doubled_capacity,

@@ -29,11 +29,19 @@ int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals) {
     return total_vertices(dmc) * a_vertex + total_quads(dmc) * a_quad;
 }
 
+/* Sparse lattices can have more cells than can be counted. */
+static int64_t cell_count(const qni_field *field) {
+    int64_t count;
+    if (__builtin_mul_overflow(field->cells[0], field->cells[1], &count) ||
+        __builtin_mul_overflow(count, field->cells[2], &count))
+        return INT64_MAX;
+    return count;
+}
+
 static void fill_report(const qni_dmc *dmc, bool with_normals, qn_surface_report *report) {
     const qni_dmc_tally *tally = &dmc->tally;
-    const int64_t *cells = dmc->field.cells;
     report->isovalue = dmc->field.isovalue;
-    report->cells = cells[0] * cells[1] * cells[2];
+    report->cells = cell_count(&dmc->field);
     report->active_leaves = dmc->leaf_count;
     report->active_cells = tally->active_cells;
     report->ambiguous_faces = tally->ambiguous_faces;

@@ -283,10 +283,8 @@ static void find_neighbour_rows(const qni_dmc *dmc, int64_t index, neighbour_row
     int32_t leaf[2];
     qni_field_row_leaf(&dmc->field, index, leaf);
     for (int n = 0; n < 4; ++n) {
-        const bool lower_y = n & 1, lower_z = n >> 1;
-        const bool beyond = (lower_y && leaf[0] == 0) || (lower_z && leaf[1] == 0);
-        rows->row[n] =
-            beyond ? NULL : dmc->rows + (index - lower_y - (lower_z ? dmc->field.leaves[1] : 0));
+        const int64_t row = qni_field_find_row(&dmc->field, leaf[0] - (n & 1), leaf[1] - (n >> 1));
+        rows->row[n] = row < 0 ? NULL : dmc->rows + row;
         rows->at[n] = 0;
     }
 }

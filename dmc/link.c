@@ -12,11 +12,8 @@ void qni_upper_rows_init(const qni_dmc *dmc, int64_t index, qni_upper_rows *rows
     int32_t leaf[2];
     qni_field_row_leaf(&dmc->field, index, leaf);
     for (int n = 0; n < 4; ++n) {
-        const bool up_y = n & 1, up_z = n >> 1;
-        const bool beyond = (up_y && leaf[0] + 1 == dmc->field.leaves[1]) ||
-                            (up_z && leaf[1] + 1 == dmc->field.leaves[2]);
-        rows->row[n] =
-            beyond ? NULL : dmc->rows + (index + up_y + (up_z ? dmc->field.leaves[1] : 0));
+        const int64_t row = qni_field_find_row(&dmc->field, leaf[0] + (n & 1), leaf[1] + (n >> 1));
+        rows->row[n] = row < 0 ? NULL : dmc->rows + row;
         rows->at[n] = 0;
     }
 }

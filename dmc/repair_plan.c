@@ -96,7 +96,7 @@ static int compare_marks(const void *first, const void *second) {
 }
 
 static int64_t row_of_point(const qni_field *field, const int32_t point[3]) {
-    return point[2] / QNI_LEAF * field->leaves[1] + point[1] / QNI_LEAF;
+    return qni_field_find_row(field, point[1] / QNI_LEAF, point[2] / QNI_LEAF);
 }
 
 static int64_t mark_sides(const qni_dmc *dmc, mark *marks) {

@@ -61,8 +61,85 @@ QN_API qn_status qn_volume_create(qn_context *context, const qn_grid *grid, qn_r
                                   void *release_user, qn_volume **volume_out, qn_error *error);
 QN_API void qn_volume_destroy(qn_volume *volume);
 
-/* The grid of a volume, with strides, slope and matrix filled in. Valid while the volume lives. */
+/* The grid of a volume, with strides, slope and matrix filled in. Valid while the volume lives. Of
+ * a sparse volume: the box of its leaves and tiles, with `samples` NULL and the matrix of the box.
+ */
 QN_API const qn_grid *qn_volume_grid(const qn_volume *volume);
+
+/* ---- sparse volumes -------------------------------------------------------------------------- */
+
+/* What the values of a sparse volume mean, as OpenVDB names it. */
+typedef enum qn_sparse_class {
+    QN_SPARSE_UNKNOWN,
+    QN_SPARSE_LEVEL_SET, /* a distance, negative inside; the surface is at 0 */
+    QN_SPARSE_FOG        /* a density, 0 outside */
+} qn_sparse_class;
+
+/* A box of samples of one value. Its corner and sides are multiples of 8. */
+typedef struct qn_sparse_tile {
+    int32_t origin[3]; /* its lowest sample */
+    int32_t size[3];   /* samples along x, y, z */
+    double value;
+    bool active;
+} qn_sparse_tile;
+
+/* A sparse volume: leaves of 8^3 samples, tiles, and the background everywhere else. Samples have
+ * integer places (i, j, k), negative ones too; the world place is index_to_world * (i, j, k, 1).
+ *
+ * Value rule: the value at a place is that of the leaf that holds it, active or not; else that of
+ * the tile that holds it; else the background. Surfaces follow from the values alone: a tile inside
+ * next to a leaf or background outside gives a surface, and there is no border to be open or
+ * closed. So inactive samples must carry the right sign, as OpenVDB's do, and one thing is added:
+ * where a level set with a positive background leaves blocks of 8^3 samples free between two leaves
+ * or tiles of the same row along x, and all the samples that face the gap on both sides are
+ * negative, the gap is inside and holds minus the background. So a narrow band needs no tiles of
+ * its own, and one that lost its inner tiles shows no false surface (`filled_blocks` counts them).
+ */
+typedef struct qn_sparse_grid {
+    qn_scalar scalar; /* of the leaves' values: set it, QN_F32 in most cases */
+    int64_t leaf_count;
+    const int32_t (*origins)[3]; /* of each leaf its lowest sample: multiples of 8, in any order */
+    const void *values;          /* [leaf_count][512]: sample x + 8 y + 64 z of each leaf */
+    const uint64_t (*masks)[8];  /* bit x + 8 y of word z: the sample is active; NULL: all are */
+    int64_t tile_count;
+    const qn_sparse_tile *tiles; /* may not overlap each other or leaves; in any order */
+    double background;           /* as the tiles' values: rounded to f32, exact for integer types */
+    qn_sparse_class kind;
+    double index_to_world[4][4]; /* all 0 stands for the identity; the last row must be 0 0 0 1 */
+    char space[32];              /* name of the world space, or empty */
+    char unit[16];               /* unit of length, or empty */
+    char name[64];               /* of the grid, or empty */
+} qn_sparse_grid;
+
+/* Make a volume of sparse leaves. The arrays are never copied: with release == NULL they are
+ * borrowed and must outlive the volume; else the volume owns them and calls `release` once with
+ * `values`, on success only. Beside them it takes about 32 bytes a run of leaves or tile blocks
+ * along x, never memory for places without either.
+ *
+ * QN_ERROR_INVALID_ARGUMENT  an origin or size that is no multiple of 8, two leaves or tiles at one
+ *                            place, a spread too large to number (over 2^31 samples along an axis),
+ *                            more than 2^26 rows of tiles, a matrix as qn_volume_create() says
+ * QN_ERROR_OUT_OF_MEMORY */
+QN_API qn_status qn_volume_create_sparse(qn_context *context, const qn_sparse_grid *grid,
+                                         qn_release release, void *release_user,
+                                         qn_volume **volume_out, qn_error *error);
+
+/* The sparse grid of a volume, matrix filled in; NULL for a dense volume. Valid while it lives. */
+QN_API const qn_sparse_grid *qn_volume_sparse_grid(const qn_volume *volume);
+
+/* Counts of a sparse volume. */
+typedef struct qn_sparse_info {
+    int64_t leaf_count, tile_count;
+    int64_t active_count;    /* active samples, those of active tiles too */
+    int64_t filled_blocks;   /* blocks of 8^3 samples found inside by the value rule */
+    int64_t low[3], high[3]; /* the box of leaves and tiles: first and last sample */
+} qn_sparse_info;
+
+/* QN_ERROR_INVALID_ARGUMENT for a dense volume. */
+QN_API qn_status qn_volume_sparse_info(qn_context *context, const qn_volume *volume,
+                                       qn_sparse_info *info_out, qn_error *error);
+
+/* ---- files ----------------------------------------------------------------------------------- */
 
 /* Which of a NIfTI file's transforms to use. AUTO: the one with the higher code, sform on ties. */
 typedef enum qn_transform_choice {
@@ -108,7 +185,8 @@ QN_API const char *qn_volume_format(const qn_volume *volume);
 
 enum { QN_HISTOGRAM_BINS = 256, QN_SUGGESTION_COUNT = 3 };
 
-/* What the samples hold. Values are after slope and intercept. */
+/* What the samples hold. Values are after slope and intercept. Of a sparse volume: the samples that
+ * its leaves store, active or not. */
 typedef struct qn_volume_statistics {
     int64_t sample_count;
     int64_t nan_count;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Dense volumes: checking a grid, owning or borrowing its samples, reading single samples. */
 #include "volume/volume.h"
+#include "volume/sparse.h"
 #include "core/context.h"
 #include "core/status.h"
 
@@ -65,6 +66,13 @@ static qn_status check_matrix(const double m[4][4], qn_error *error) {
     return QN_OK;
 }
 
+qn_status qni_volume_settle_matrix(double matrix[4][4], qn_error *error) {
+    if (matrix_is_zero((const double(*)[4])matrix))
+        for (int i = 0; i < 4; ++i)
+            matrix[i][i] = 1;
+    return check_matrix((const double(*)[4])matrix, error);
+}
+
 static qn_status check_sizes(const qn_grid *grid, qn_error *error) {
     if (grid->scalar < 0 || grid->scalar >= QN_SCALAR_COUNT)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "%d is no scalar type",
@@ -100,10 +108,7 @@ qn_status qn_volume_create(qn_context *context, const qn_grid *grid, qn_release 
         own.slope = 1;
     if (!isfinite(own.slope) || !isfinite(own.intercept))
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "slope and intercept must be finite");
-    if (matrix_is_zero(own.index_to_world))
-        for (int i = 0; i < 4; ++i)
-            own.index_to_world[i][i] = 1;
-    QN_TRY(check_matrix(own.index_to_world, error));
+    QN_TRY(qni_volume_settle_matrix(own.index_to_world, error));
     own.space[sizeof own.space - 1] = 0;
     own.unit[sizeof own.unit - 1] = 0;
 
@@ -122,7 +127,9 @@ void qn_volume_destroy(qn_volume *volume) {
     if (!volume)
         return;
     if (volume->release)
-        volume->release(volume->release_user, volume->grid.samples);
+        volume->release(volume->release_user,
+                        volume->sparse ? volume->sparse->grid.values : volume->grid.samples);
+    qni_sparse_destroy(volume->context, volume->sparse);
     qni_free(volume->context, volume, 1, sizeof *volume);
 }
 

@@ -3,6 +3,7 @@
  * rows and in tiles. */
 #include "volume/field.h"
 #include "volume/field_rows.h"
+#include "volume/field_sparse.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -34,6 +35,10 @@ qn_status qni_field_init(const qn_volume *volume, double isovalue, bool inside_b
     field->grid = &volume->grid;
     field->isovalue = isovalue;
     field->inside_below = inside_below;
+    if (volume->sparse) {
+        qni_sparse_field_init(volume->sparse, field);
+        return QN_OK;
+    }
     field->border = open ? 0 : 1;
     for (int a = 0; a < 3; ++a) {
         field->samples[a] = volume->grid.size[a] + 2 * field->border;
@@ -45,8 +50,7 @@ qn_status qni_field_init(const qn_volume *volume, double isovalue, bool inside_b
     return QN_OK;
 }
 
-/* From a sample's value to the field's: less iso, non-finite ones put where the rule says. */
-static double settle(const qni_field *field, double value) {
+double qni_field_settle(const qni_field *field, double value) {
     double d = value - field->isovalue;
     if (!(fabs(d) <= largest_distance)) {
         if (isfinite(value))
@@ -68,11 +72,13 @@ static int64_t clamp_index(int64_t i, int64_t size) {
 }
 
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z) {
+    if (field->sparse)
+        return qni_sparse_field_value(field, x, y, z);
     const int64_t *size = field->grid->size;
     int64_t i = x - field->border, j = y - field->border, k = z - field->border;
     int64_t ci = clamp_index(i, size[0]), cj = clamp_index(j, size[1]),
             ck = clamp_index(k, size[2]);
-    double d = settle(field, qni_grid_value(field->grid, ci, cj, ck));
+    double d = qni_field_settle(field, qni_grid_value(field->grid, ci, cj, ck));
     return i == ci && j == cj && k == ck ? d : outside_of(field, d);
 }
 
@@ -97,7 +103,7 @@ static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, in
     bool may_be_huge = grid->scalar == QN_F64 || grid->slope != 1 || grid->intercept != 0;
     if (field->nonfinite_distance > 0 || may_be_huge) {
         for (int64_t n = 0; n < count; ++n)
-            out[n] = settle(field, out[n]);
+            out[n] = qni_field_settle(field, out[n]);
     } else {
         for (int64_t n = 0; n < count; ++n)
             out[n] = out[n] - field->isovalue;
@@ -140,6 +146,10 @@ static void load_lattice_part(const qni_field *field, int64_t from, int64_t end,
 }
 
 void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]) {
+    if (field->sparse) {
+        qni_sparse_field_load_cell(field, cell, corner);
+        return;
+    }
     bool inner = true;
     for (int a = 0; a < 3; ++a)
         inner =
@@ -197,6 +207,10 @@ static void load_tile_at_end(const qni_field *field, const int64_t from[3],
 
 void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
                          double tile[QNI_TILE][QNI_TILE][QNI_TILE]) {
+    if (field->sparse) {
+        qni_sparse_field_load_tile(field, leaf, tile);
+        return;
+    }
     int64_t from[3], sample[3];
     bool inner = true;
     for (int a = 0; a < 3; ++a) {
@@ -218,6 +232,8 @@ void qni_field_load_tile(const qni_field *field, const int32_t leaf[3],
 void qni_field_prefetch_tile(const qni_field *field, const int32_t leaf[3]) {
     const qn_grid *grid = field->grid;
     int64_t from[3];
+    if (field->sparse)
+        return;
     for (int a = 0; a < 3; ++a) {
         from[a] = (int64_t)leaf[a] * QNI_LEAF - 1 - field->border;
         if (from[a] < 0 || from[a] + QNI_TILE > grid->size[a])
@@ -231,13 +247,10 @@ void qni_field_prefetch_tile(const qni_field *field, const int32_t leaf[3]) {
             __builtin_prefetch(end + z * grid->stride[2] + y * grid->stride[1]);
 }
 
-typedef struct slice_count {
-    int64_t nan_count, infinite_count;
-    double largest;
-} slice_count;
-
-static slice_count count_slice(const qni_field *field, int64_t k) {
-    slice_count count = {0, 0, 0};
+static qni_nonfinite_count count_slice(const qni_field *field, int64_t k) {
+    qni_nonfinite_count count = {0, 0, 0};
+    if (field->sparse)
+        return qni_sparse_field_count_part(field, k);
     const qn_grid *grid = field->grid;
     for (int64_t j = 0; j < grid->size[1]; ++j)
         for (int64_t i = 0; i < grid->size[0]; ++i) {
@@ -254,11 +267,12 @@ static slice_count count_slice(const qni_field *field, int64_t k) {
 
 void qni_field_measure_nonfinite(qn_context *context, qni_field *field) {
     int64_t nan_count = 0, infinite_count = 0;
+    const int64_t parts = field->sparse ? qni_sparse_field_part_count(field) : field->grid->size[2];
     double largest = 0;
 #pragma omp parallel for schedule(dynamic) reduction(+ : nan_count, infinite_count)                \
     reduction(max : largest) num_threads(qn_context_threads(context))
-    for (int64_t k = 0; k < field->grid->size[2]; ++k) {
-        slice_count count = count_slice(field, k);
+    for (int64_t k = 0; k < parts; ++k) {
+        qni_nonfinite_count count = count_slice(field, k);
         nan_count += count.nan_count;
         infinite_count += count.infinite_count;
         largest = largest > count.largest ? largest : count.largest;

@@ -2,10 +2,12 @@
 /* A field: what a surfacer sees of a volume at one iso-value. Values are less iso, so the surface
  * is at 0 and a sample is above when its value is >= 0. Surfacers ask for leaves (8^3 cells) by
  * their signs, row by row, and for tiles of values round one leaf; they never learn how the volume
- * stores its samples. A sparse volume answers the same calls from its own leaves.
+ * stores its samples. A sparse volume answers the same calls from its own leaves, without a band
+ * or row for places where it has none.
  *
  * Lattice point (0, 0, 0) is sample (0, 0, 0) of an open field; a closed field has one virtual
- * layer of outside samples on every side, so its sample (0, 0, 0) is lattice point (1, 1, 1). */
+ * layer of outside samples on every side, so its sample (0, 0, 0) is lattice point (1, 1, 1).
+ * A sparse field is neither: its lattice (sparse.h) begins and ends in background. */
 #ifndef QNI_VOLUME_FIELD_H
 #define QNI_VOLUME_FIELD_H
 
@@ -19,7 +21,8 @@ enum {
 };
 
 typedef struct qni_field {
-    const qn_grid *grid;
+    const qn_grid *grid;             /* of a sparse field for its type, space and unit only */
+    const struct qni_sparse *sparse; /* NULL: dense, and grid->samples are to be had */
     double isovalue;
     bool inside_below; /* inside is value < 0, else value >= 0 */
     int32_t border;    /* 1 closed, 0 open */
@@ -74,6 +77,9 @@ typedef struct qni_scan {
     uint8_t *all, *any; /* [QNI_BAND_ROWS][line_bytes]: and, or over the 81 lines of each row */
     double *values;     /* [samples along x]: for lines without the direct form */
     int32_t rows;       /* rows in the scanned band */
+    qn_context *context;
+    struct qni_sparse_scan *sparse; /* in place of all these for sparse fields (field_sparse.c) */
+    bool failed;                    /* a sparse scan found no memory */
     bool met_nonfinite; /* a direct scan found a sample that is not finite: measure and begin again
                          */
 } qni_scan;
@@ -82,8 +88,11 @@ qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan 
                           qn_error *error);
 void qni_scan_destroy(qn_context *context, const qni_field *field, qni_scan *scan);
 
-/* Rows are numbered y first, in the order of the output. */
+/* Rows are numbered y first, in the order of the output. A sparse field numbers those alone that
+ * can hold surface. */
 int64_t qni_field_row_count(const qni_field *field);
+/* The number of the row at leaf coordinates (y, z); -1 when there is none. */
+int64_t qni_field_find_row(const qni_field *field, int64_t leaf_y, int64_t leaf_z);
 /* Leaf coordinates (y, z) of a row. */
 void qni_field_row_leaf(const qni_field *field, int64_t row, int32_t leaf_yz[2]);
 
@@ -94,6 +103,9 @@ int64_t qni_field_band_row(const qni_field *field, int64_t band);
 void qni_field_scan_band(const qni_field *field, int64_t band, qni_scan *scan);
 /* True when leaf x of row `row` of the scanned band (0 the first) has points on both sides. */
 bool qni_scan_is_mixed(const qni_scan *scan, int32_t row, int64_t leaf_x);
+/* The first such leaf at `from` or later; field->leaves[0] when there is none. */
+int64_t qni_scan_next_mixed(const qni_field *field, const qni_scan *scan, int32_t row,
+                            int64_t from);
 /* The signs of that leaf: bit i of signs[z][y] is lattice point (8 x + i, ...), i from 0 to 8. */
 void qni_scan_leaf(const qni_scan *scan, int32_t row, int64_t leaf_x,
                    uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES]);

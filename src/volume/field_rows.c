@@ -26,6 +26,19 @@ static bool row_is_plain(const qn_grid *grid, const void *from) {
     return !grid->swapped && grid->stride[0] == (int64_t)size && (uintptr_t)from % size == 0;
 }
 
+void qni_samples_load(qn_scalar scalar, const void *from, int64_t count, double *out) {
+    switch (scalar) {
+#define LOAD_CASE(name, type, text)                                                                \
+    case QN_##name:                                                                                \
+        load_##name(from, count, out);                                                             \
+        break;
+        QN_SCALAR_MAP(LOAD_CASE)
+#undef LOAD_CASE
+    case QN_SCALAR_COUNT:
+        break;
+    }
+}
+
 void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,
                        double *out) {
     const char *from = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +
@@ -34,16 +47,7 @@ void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int
         for (int64_t n = 0; n < count; ++n)
             out[n] = qni_grid_stored(grid, i + n, j, k);
     } else {
-        switch (grid->scalar) {
-#define LOAD_CASE(name, type, text)                                                                \
-    case QN_##name:                                                                                \
-        load_##name(from, count, out);                                                             \
-        break;
-            QN_SCALAR_MAP(LOAD_CASE)
-#undef LOAD_CASE
-        case QN_SCALAR_COUNT:
-            break;
-        }
+        qni_samples_load(grid->scalar, from, count, out);
     }
     if (grid->slope != 1 || grid->intercept != 0)
         for (int64_t n = 0; n < count; ++n) {
@@ -285,11 +289,16 @@ static void fill_constant(uint8_t *bits, int64_t count, bool above) {
         bits[count / 8] = above ? (uint8_t)((1u << (count % 8)) - 1) : 0;
 }
 
+bool qni_field_pack_samples(const qni_field *field, const void *from, int64_t count,
+                            uint8_t *bits) {
+    const bool odd = pack_by_type(field, from, count, bits) != 0;
+    if (field->constant >= 0)
+        fill_constant(bits, count, field->constant != 0);
+    return odd;
+}
+
 bool qni_field_pack_row(const qni_field *field, int64_t j, int64_t k, uint8_t *bits) {
     const qn_grid *grid = field->grid;
     const char *from = (const char *)grid->samples + j * grid->stride[1] + k * grid->stride[2];
-    bool odd = pack_by_type(field, from, grid->size[0], bits) != 0;
-    if (field->constant >= 0)
-        fill_constant(bits, grid->size[0], field->constant != 0);
-    return odd;
+    return qni_field_pack_samples(field, from, grid->size[0], bits);
 }

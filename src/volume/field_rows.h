@@ -22,6 +22,15 @@ void qni_field_set_threshold(qni_field *field);
  * sample is not finite. Only for fields with `direct`. The last byte's unused bits are 0. */
 bool qni_field_pack_row(const qni_field *field, int64_t j, int64_t k, uint8_t *bits);
 
+/* The same for `count` packed samples of the field's type; a `constant` field is heeded. */
+bool qni_field_pack_samples(const qni_field *field, const void *from, int64_t count, uint8_t *bits);
+
+/* Packed samples of a type as doubles. */
+void qni_samples_load(qn_scalar scalar, const void *from, int64_t count, double *out);
+
+/* From a sample's value to the field's: less iso, non-finite ones put where the rule says. */
+double qni_field_settle(const qni_field *field, double value);
+
 /* All lattice points of row (y, z), virtual ones included. */
 void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, double *out);
 

@@ -2,6 +2,7 @@
 /* Leaves by their signs: one bit a lattice point, a band of rows of leaves at a time. */
 #include "volume/field.h"
 #include "volume/field_rows.h"
+#include "volume/field_sparse.h"
 #include "core/context.h"
 #include "core/status.h"
 
@@ -17,6 +18,9 @@ static int64_t line_bytes_of(const qni_field *field) {
 qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan *scan,
                           qn_error *error) {
     memset(scan, 0, sizeof *scan);
+    scan->context = context;
+    if (field->sparse)
+        return qni_sparse_scan_create(scan, error);
     scan->line_bytes = line_bytes_of(field);
     scan->bits = qni_alloc_zero(context, (LINES + 2 * QNI_BAND_ROWS) * scan->line_bytes, 1);
     scan->values = qni_alloc(context, field->samples[0], sizeof(double));
@@ -30,16 +34,33 @@ qn_status qni_scan_create(qn_context *context, const qni_field *field, qni_scan 
 }
 
 void qni_scan_destroy(qn_context *context, const qni_field *field, qni_scan *scan) {
+    qni_sparse_scan_destroy(scan);
     qni_free(context, scan->bits, (LINES + 2 * QNI_BAND_ROWS) * scan->line_bytes, 1);
     qni_free(context, scan->values, field->samples[0], sizeof(double));
     memset(scan, 0, sizeof *scan);
 }
 
 int64_t qni_field_row_count(const qni_field *field) {
+    if (field->sparse)
+        return field->sparse->field_row_count;
     return field->leaves[0] > 0 ? field->leaves[1] * field->leaves[2] : 0;
 }
 
+int64_t qni_field_find_row(const qni_field *field, int64_t leaf_y, int64_t leaf_z) {
+    if (field->sparse)
+        return qni_sparse_find_row(field->sparse->field_rows, field->sparse->field_row_count,
+                                   leaf_y, leaf_z);
+    const bool beyond =
+        leaf_y < 0 || leaf_z < 0 || leaf_y >= field->leaves[1] || leaf_z >= field->leaves[2];
+    return beyond ? -1 : leaf_z * field->leaves[1] + leaf_y;
+}
+
 void qni_field_row_leaf(const qni_field *field, int64_t row, int32_t leaf_yz[2]) {
+    if (field->sparse) {
+        leaf_yz[0] = field->sparse->field_rows[row].y;
+        leaf_yz[1] = field->sparse->field_rows[row].z;
+        return;
+    }
     leaf_yz[0] = (int32_t)(row % field->leaves[1]);
     leaf_yz[1] = (int32_t)(row / field->leaves[1]);
 }
@@ -49,10 +70,14 @@ static int64_t bands_of_layer(const qni_field *field) {
 }
 
 int64_t qni_field_band_count(const qni_field *field) {
+    if (field->sparse)
+        return field->sparse->field_row_count;
     return field->leaves[0] > 0 ? bands_of_layer(field) * field->leaves[2] : 0;
 }
 
 int64_t qni_field_band_row(const qni_field *field, int64_t band) {
+    if (field->sparse)
+        return band;
     const int64_t layer_bands = bands_of_layer(field);
     return band / layer_bands * field->leaves[1] + band % layer_bands * QNI_BAND_ROWS;
 }
@@ -129,6 +154,10 @@ static void gather_all_and_any(qni_scan *scan, int32_t row) {
 }
 
 void qni_field_scan_band(const qni_field *field, int64_t band, qni_scan *scan) {
+    if (field->sparse) {
+        qni_sparse_scan_row(field, band, scan);
+        return;
+    }
     int32_t leaf[2];
     qni_field_row_leaf(field, qni_field_band_row(field, band), leaf);
     const int64_t left = field->leaves[1] - leaf[0];
@@ -156,13 +185,30 @@ static unsigned nine_bits(const uint8_t *bits, int64_t leaf_x) {
 }
 
 bool qni_scan_is_mixed(const qni_scan *scan, int32_t row, int64_t leaf_x) {
+    if (scan->sparse)
+        return qni_sparse_scan_next(scan, leaf_x) == leaf_x;
     const int64_t from = row * scan->line_bytes;
     return nine_bits(scan->all + from, leaf_x) != 0x1ffu &&
            nine_bits(scan->any + from, leaf_x) != 0;
 }
 
+int64_t qni_scan_next_mixed(const qni_field *field, const qni_scan *scan, int32_t row,
+                            int64_t from) {
+    if (scan->sparse) {
+        const int64_t next = qni_sparse_scan_next(scan, from);
+        return next < 0 ? field->leaves[0] : next;
+    }
+    while (from < field->leaves[0] && !qni_scan_is_mixed(scan, row, from))
+        ++from;
+    return from;
+}
+
 void qni_scan_leaf(const qni_scan *scan, int32_t row, int64_t leaf_x,
                    uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES]) {
+    if (scan->sparse) {
+        qni_sparse_scan_leaf(scan, leaf_x, signs);
+        return;
+    }
     for (int z = 0; z < QNI_LEAF_SAMPLES; ++z)
         for (int y = 0; y < QNI_LEAF_SAMPLES; ++y)
             signs[z][y] = (uint16_t)nine_bits(line_of(scan, z, row * QNI_LEAF + y), leaf_x);

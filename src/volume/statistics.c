@@ -213,9 +213,24 @@ static qn_status analyse(qn_context *context, const qn_grid *grid, const qni_ran
     return QN_OK;
 }
 
+/* The samples to look at: those of a sparse volume's leaves lie side by side like a dense grid. */
+static qn_grid samples_of(const qn_volume *volume) {
+    qn_grid grid = *qn_volume_grid(volume);
+    const qn_sparse_grid *sparse = qn_volume_sparse_grid(volume);
+    if (!sparse)
+        return grid;
+    const int64_t size = (int64_t)qn_scalar_size(sparse->scalar);
+    grid.samples = sparse->values;
+    for (int a = 0; a < 3; ++a) {
+        grid.size[a] = a < 2 ? (a == 0 ? 512 : 1) : sparse->leaf_count;
+        grid.stride[a] = a == 0 ? size : 512 * size;
+    }
+    return grid;
+}
+
 qn_status qn_volume_get_statistics(qn_context *context, const qn_volume *volume,
                                    qn_volume_statistics *statistics_out, qn_error *error) {
-    const qn_grid *grid = qn_volume_grid(volume);
+    const qn_grid samples = samples_of(volume), *grid = &samples;
     memset(statistics_out, 0, sizeof *statistics_out);
     qni_range range;
     if (qni_progress(context, "statistics", 0))

@@ -7,7 +7,8 @@
 
 struct qn_volume {
     qn_context *context;
-    qn_grid grid; /* strides, slope and matrix always filled in */
+    qn_grid grid;              /* strides, slope and matrix always filled in */
+    struct qni_sparse *sparse; /* sparse.h; NULL: dense. Of a sparse volume `grid` has no samples */
     qn_release release;
     void *release_user;
     char format[16];
