@@ -44,18 +44,18 @@ static bool keep_solution(qni_stages *stages, qni_chunk *chunk, const qni_face_s
     }
     for (int n = 0; n < solution->feature_count; ++n) {
         chunk->features[chunk->feature_count++] = solution->features[n];
-        chunk->tally.face_features += solution->features[n].sharp;
+        chunk->face_tally.face_features += solution->features[n].sharp;
     }
-    chunk->tally.ambiguous_faces += solution->ambiguous;
-    chunk->tally.dropped_features += solution->dropped;
-    chunk->tally.unresolved_faces += solution->unresolved;
+    chunk->face_tally.ambiguous_faces += solution->ambiguous;
+    chunk->face_tally.dropped_features += solution->dropped;
+    chunk->face_tally.unresolved_faces += solution->unresolved;
     return true;
 }
 
 static qn_status faces_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf, qni_patch *patch,
                                qni_face_solution *solution) {
     const qni_cell *cell = &stages->octree->leaves[leaf];
-    qni_leaf_faces *faces = &stages->faces[leaf];
+    qni_leaf_faces *faces = &chunk->faces[leaf - chunk->leaf_first];
     faces->first = (uint32_t)chunk->segment_count;
     qni_patch_set_cell(patch, cell);
     for (int face = 0; face < QNI_FACES; ++face) {
@@ -73,15 +73,17 @@ static qn_status faces_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t lea
     return QN_OK;
 }
 
-static int64_t chunk_end(const qni_stages *stages, int64_t chunk) {
-    const int64_t end = (chunk + 1) * QNI_CHUNK;
-    return end < stages->octree->leaf_count ? end : stages->octree->leaf_count;
-}
-
 void qni_chunk_faces(qni_stages *stages, int64_t index) {
     qni_chunk *chunk = &stages->chunks[index];
-    for (int64_t leaf = index * QNI_CHUNK;
-         leaf < chunk_end(stages, index) && chunk->status == QN_OK; ++leaf)
+    const qni_cms_tally none = {0};
+    const int64_t leaves = chunk->leaf_end - chunk->leaf_first;
+    if (!chunk->solve)
+        return;
+    chunk->segment_count = chunk->feature_count = 0;
+    chunk->face_tally = none;
+    if (!grow(stages, (void **)&chunk->faces, &chunk->face_capacity, leaves, sizeof *chunk->faces))
+        chunk->status = QN_ERROR_OUT_OF_MEMORY;
+    for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
         chunk->status = faces_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()],
                                       &stages->solutions[qni_thread_index()]);
 }
@@ -89,18 +91,19 @@ void qni_chunk_faces(qni_stages *stages, int64_t index) {
 /* ---- cells
  * --------------------------------------------------------------------------------------- */
 
-/* The segments on one leaf face, whoever owns it, as seen from the cell. */
+/* The segments on one leaf face, whoever owns it, as seen from the cell; without a patch they are
+ * only counted. */
 static bool take_segments(qni_stages *stages, qni_patch *patch, int64_t leaf, int owner_face,
                           bool out) {
-    qni_chunk *chunk = &stages->chunks[leaf / QNI_CHUNK];
-    const qni_leaf_faces *faces = &stages->faces[leaf];
+    qni_chunk *chunk = &stages->chunks[stages->chunk_of_leaf[leaf]];
+    const qni_leaf_faces *faces = &chunk->faces[leaf - chunk->leaf_first];
     int64_t first = faces->first;
     for (int face = 0; face < owner_face; ++face)
         first += faces->count[face];
     for (int n = 0; n < faces->count[owner_face]; ++n) {
         qni_segment *segment = &chunk->segments[first + n];
         ++segment->used[out ? 0 : 1];
-        if (!qni_patch_add_piece(patch, segment, out, (uint32_t)chunk->feature_base))
+        if (patch && !qni_patch_add_piece(patch, segment, out, (uint32_t)chunk->feature_base))
             return false;
     }
     return true;
@@ -275,18 +278,18 @@ static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf
     if (stages->settings.open && lies_across_bounds(&stages->hermite->lattice, &patch->cell))
         return QN_OK;
     if (!qni_patch_trace(patch, stages->features)) {
-        ++chunk->tally.open_loops;
+        ++chunk->cell_tally.open_loops;
         return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_ERROR_INTERNAL;
     }
-    const qni_cms_tally before = chunk->tally;
-    qn_status status = qni_patch_place_apexes(patch, true, &chunk->tally);
+    const qni_cms_tally before = chunk->cell_tally;
+    qn_status status = qni_patch_place_apexes(patch, true, &chunk->cell_tally);
     if (status == QN_OK)
-        status = qni_patch_triangulate(patch, &chunk->tally);
+        status = qni_patch_triangulate(patch, &chunk->cell_tally);
     if (status == QN_OK)
-        status = qni_patch_separate(patch, &chunk->tally);
+        status = qni_patch_separate(patch, &chunk->cell_tally);
     if (status != QN_OK)
         return status;
-    if (!came_out_well(patch, &before, &chunk->tally)) {
+    if (!came_out_well(patch, &before, &chunk->cell_tally)) {
         if (!grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity, chunk->veto_count + 1,
                   sizeof *chunk->vetoes))
             return QN_ERROR_OUT_OF_MEMORY;
@@ -297,7 +300,17 @@ static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf
 
 void qni_chunk_cells(qni_stages *stages, int64_t index) {
     qni_chunk *chunk = &stages->chunks[index];
-    for (int64_t leaf = index * QNI_CHUNK;
-         leaf < chunk_end(stages, index) && chunk->status == QN_OK; ++leaf)
+    const qni_cms_tally none = {0};
+    if (!chunk->make)
+        return;
+    chunk->triangle_count = chunk->apex_count = chunk->crease_count = chunk->veto_count = 0;
+    chunk->cell_tally = none;
+    for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
         chunk->status = cell_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()]);
+}
+
+void qni_chunk_recount(qni_stages *stages, int64_t index) {
+    const qni_chunk *chunk = &stages->chunks[index];
+    for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end; ++leaf)
+        gather_cell(stages, NULL, leaf);
 }

@@ -12,11 +12,6 @@
 
 enum { MOST_ROUNDS = 12 };
 
-typedef struct veto_list {
-    qni_cell *items;
-    int64_t count;
-} veto_list;
-
 /* ---- running chunks
  * ------------------------------------------------------------------------------ */
 
@@ -54,21 +49,28 @@ static qn_status run_chunks(qni_stages *stages, chunk_work *work, double from, d
 /* ---- between faces and cells
  * --------------------------------------------------------------------- */
 
+/* The features that were solved in this round go to the end of all. */
 static qn_status join_features(qni_stages *stages) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        stages->chunks[n].feature_base = stages->feature_count;
-        stages->feature_count += stages->chunks[n].feature_count;
-    }
-    stages->features = qni_alloc(stages->context, stages->feature_count, sizeof *stages->features);
-    if (!stages->features)
+    int64_t total = stages->feature_count;
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        if (stages->chunks[n].solve) {
+            stages->chunks[n].feature_base = total;
+            total += stages->chunks[n].feature_count;
+        }
+    qni_face_feature *features = qni_realloc(stages->context, stages->features,
+                                             stages->feature_count, total, sizeof *features);
+    if (!features)
         return qni_fail_memory(stages->error, "a surface");
+    stages->features = features;
+    stages->feature_count = total;
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
         qni_chunk *chunk = &stages->chunks[n];
+        if (!chunk->solve)
+            continue;
         if (chunk->feature_count)
-            memcpy(stages->features + chunk->feature_base, chunk->features,
-                   sizeof *chunk->features * (size_t)chunk->feature_count);
-        qni_free(stages->context, chunk->features, chunk->feature_capacity,
-                 sizeof *chunk->features);
+            memcpy(features + chunk->feature_base, chunk->features,
+                   sizeof *features * (size_t)chunk->feature_count);
+        qni_free(stages->context, chunk->features, chunk->feature_capacity, sizeof *features);
         chunk->features = NULL;
         chunk->feature_capacity = 0;
     }
@@ -96,11 +98,21 @@ static qn_status audit(const qni_stages *stages, int64_t *segments) {
     return QN_OK;
 }
 
+/* Chunks that were kept have taken their segments in an earlier round: count all of them anew. */
+static qn_status recount(qni_stages *stages) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        for (int64_t s = 0; s < stages->chunks[n].segment_count; ++s)
+            memset(stages->chunks[n].segments[s].used, 0,
+                   sizeof stages->chunks[n].segments[s].used);
+    return run_chunks(stages, qni_chunk_recount, 0.9, 0.95);
+}
+
 /* ---- the mesh
  * ------------------------------------------------------------------------------------ */
 
 typedef struct assembly {
     uint32_t *crossing_index; /* final index of each crossing; QNI_NONE when no triangle uses it */
+    uint32_t *feature_index;  /* final place of each feature among them; NULL: they are in order */
     int64_t crossings, features, apexes, triangles, creases;
 } assembly;
 
@@ -118,16 +130,22 @@ static void mark_used(const qni_stages *stages, assembly *parts) {
 }
 
 static void count_parts(qni_stages *stages, assembly *parts) {
-    parts->features = stages->feature_count;
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
         qni_chunk *chunk = &stages->chunks[n];
+        for (int64_t m = 0; parts->feature_index && m < chunk->feature_count; ++m)
+            parts->feature_index[chunk->feature_base + m] = (uint32_t)(parts->features + m);
         chunk->apex_base = parts->apexes;
         chunk->triangle_base = parts->triangles;
         chunk->crease_base = parts->creases;
+        parts->features += chunk->feature_count;
         parts->apexes += chunk->apex_count;
         parts->triangles += chunk->triangle_count;
         parts->creases += chunk->crease_count;
     }
+}
+
+static int64_t feature_place(const assembly *parts, int64_t number) {
+    return parts->feature_index ? (int64_t)parts->feature_index[number] : number;
 }
 
 static uint32_t final_index(const assembly *parts, const qni_chunk *chunk, uint32_t ref) {
@@ -135,7 +153,7 @@ static uint32_t final_index(const assembly *parts, const qni_chunk *chunk, uint3
     if (QNI_REF_KIND(ref) == QNI_REF_CROSSING)
         return parts->crossing_index[number];
     if (QNI_REF_KIND(ref) == QNI_REF_FEATURE)
-        return (uint32_t)parts->crossings + number;
+        return (uint32_t)(parts->crossings + feature_place(parts, number));
     return (uint32_t)(parts->crossings + parts->features + chunk->apex_base) + number;
 }
 
@@ -153,6 +171,9 @@ static void fill_chunk(const qni_stages *stages, const assembly *parts, int64_t 
         for (int k = 0; k < 2; ++k)
             mesh->crease_edges[2 * (chunk->crease_base + c) + k] =
                 final_index(parts, chunk, chunk->creases[c][k]);
+    for (int64_t n = chunk->feature_base; n < chunk->feature_base + chunk->feature_count; ++n)
+        memcpy(mesh->positions + 3 * (parts->crossings + feature_place(parts, n)),
+               stages->features[n].place, 3 * sizeof(float));
     if (chunk->apex_count)
         memcpy(mesh->positions + 3 * (parts->crossings + parts->features + chunk->apex_base),
                chunk->apexes, sizeof *chunk->apexes * (size_t)chunk->apex_count);
@@ -165,10 +186,6 @@ static void fill_mesh(const qni_stages *stages, const assembly *parts, qn_mesh *
         if (parts->crossing_index[n] != QNI_NONE)
             memcpy(mesh->positions + 3 * (int64_t)parts->crossing_index[n],
                    hermite->crossings[n].place, 3 * sizeof(float));
-#pragma omp parallel for schedule(static) num_threads(stages->threads)
-    for (int64_t n = 0; n < stages->feature_count; ++n)
-        memcpy(mesh->positions + 3 * (parts->crossings + n), stages->features[n].place,
-               3 * sizeof(float));
 #pragma omp parallel for schedule(dynamic, 16) num_threads(stages->threads)
     for (int64_t n = 0; n < stages->chunk_count; ++n)
         fill_chunk(stages, parts, n, mesh);
@@ -185,27 +202,37 @@ static qn_status allocate_tags(qn_context *context, const assembly *parts, qn_me
     return QN_OK;
 }
 
-static qn_status assemble(qni_stages *stages, qn_mesh **mesh_out) {
-    const int64_t crossings = stages->hermite->crossing_count;
-    assembly parts = {.crossing_index = qni_alloc(stages->context, crossings, sizeof(uint32_t))};
-    if (!parts.crossing_index)
-        return qni_fail_memory(stages->error, "a mesh");
-    memset(parts.crossing_index, 0xff, sizeof(uint32_t) * (size_t)crossings);
-    mark_used(stages, &parts);
-    count_parts(stages, &parts);
+static qn_status make_mesh(qni_stages *stages, assembly *parts, qn_mesh **mesh_out) {
+    memset(parts->crossing_index, 0xff, sizeof(uint32_t) * (size_t)stages->hermite->crossing_count);
+    mark_used(stages, parts);
+    count_parts(stages, parts);
     qn_mesh *mesh = NULL;
     qn_status status =
-        qni_mesh_alloc(stages->context, parts.crossings + parts.features + parts.apexes, 0,
-                       parts.triangles, false, &mesh, stages->error);
+        qni_mesh_alloc(stages->context, parts->crossings + parts->features + parts->apexes, 0,
+                       parts->triangles, false, &mesh, stages->error);
     if (status == QN_OK)
-        status = allocate_tags(stages->context, &parts, mesh, stages->error);
+        status = allocate_tags(stages->context, parts, mesh, stages->error);
     if (status == QN_OK) {
-        fill_mesh(stages, &parts, mesh);
+        fill_mesh(stages, parts, mesh);
         *mesh_out = mesh;
     } else {
         qn_mesh_destroy(mesh);
     }
+    return status;
+}
+
+static qn_status assemble(qni_stages *stages, qn_mesh **mesh_out) {
+    const int64_t crossings = stages->hermite->crossing_count,
+                  features = stages->renumbered ? stages->feature_count : 0;
+    assembly parts = {0};
+    parts.crossing_index = qni_alloc(stages->context, crossings, sizeof(uint32_t));
+    if (stages->renumbered)
+        parts.feature_index = qni_alloc(stages->context, features, sizeof(uint32_t));
+    const bool room = parts.crossing_index && (parts.feature_index || !stages->renumbered);
+    const qn_status status =
+        room ? make_mesh(stages, &parts, mesh_out) : qni_fail_memory(stages->error, "a mesh");
     qni_free(stages->context, parts.crossing_index, crossings, sizeof(uint32_t));
+    qni_free(stages->context, parts.feature_index, features, sizeof(uint32_t));
     return status;
 }
 
@@ -214,10 +241,11 @@ static qn_status assemble(qni_stages *stages, qn_mesh **mesh_out) {
 
 static void report_tally(const qni_stages *stages, qn_solid_surface_report *report) {
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        const qni_cms_tally *tally = &stages->chunks[n].tally;
-        report->ambiguous_faces += tally->ambiguous_faces;
-        report->face_features += tally->face_features;
-        report->dropped_face_features += tally->dropped_features;
+        const qni_cms_tally *faces = &stages->chunks[n].face_tally,
+                            *tally = &stages->chunks[n].cell_tally;
+        report->ambiguous_faces += faces->ambiguous_faces;
+        report->face_features += faces->face_features;
+        report->dropped_face_features += faces->dropped_features;
         report->loops += tally->loops;
         report->smooth_loops += tally->smooth_loops;
         report->crease_loops += tally->crease_loops;
@@ -227,7 +255,7 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->multiple_cells += tally->multiple_cells;
         report->moved_loops += tally->moved_loops;
         report->nested_cells += tally->nested_cells;
-        report->unresolved_cells += tally->unresolved_cells + tally->unresolved_faces;
+        report->unresolved_cells += tally->unresolved_cells + faces->unresolved_faces;
     }
 }
 
@@ -247,61 +275,22 @@ static void report_sources(const qni_stages *stages, qn_solid_surface_report *re
 /* ---- the stages
  * ---------------------------------------------------------------------------------- */
 
-static void free_stages(qni_stages *stages) {
-    for (int64_t n = 0; stages->chunks && n < stages->chunk_count; ++n) {
-        qni_chunk *chunk = &stages->chunks[n];
-        qni_free(stages->context, chunk->segments, chunk->segment_capacity,
-                 sizeof *chunk->segments);
-        qni_free(stages->context, chunk->features, chunk->feature_capacity,
-                 sizeof *chunk->features);
-        qni_free(stages->context, chunk->triangles, chunk->triangle_capacity,
-                 sizeof *chunk->triangles);
-        qni_free(stages->context, chunk->owners, chunk->owner_capacity, sizeof *chunk->owners);
-        qni_free(stages->context, chunk->apexes, chunk->apex_capacity, sizeof *chunk->apexes);
-        qni_free(stages->context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
-        qni_free(stages->context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
-    }
-    qni_free(stages->context, stages->chunks, stages->chunk_count, sizeof *stages->chunks);
-    qni_free(stages->context, stages->faces, stages->octree->leaf_count, sizeof *stages->faces);
-    qni_free(stages->context, stages->features, stages->feature_count, sizeof *stages->features);
-}
-
-/* Vetoes of all chunks, those before included, in order; `added` tells how many are new. */
-static qn_status gather_vetoes(const qni_stages *stages, veto_list *list, int64_t *added) {
-    *added = 0;
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        *added += stages->chunks[n].veto_count;
-    if (*added == 0)
-        return QN_OK;
-    qni_cell *items =
-        qni_realloc(stages->context, list->items, list->count, list->count + *added, sizeof *items);
-    if (!items)
-        return qni_fail_memory(stages->error, "a surface");
-    list->items = items;
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t m = 0; m < stages->chunks[n].veto_count; ++m)
-            items[list->count++] = stages->chunks[n].vetoes[m];
-    qsort(items, (size_t)list->count, sizeof *items, qni_compare_vetoes);
-    return QN_OK;
-}
-
 /* `mesh_out` stays NULL when some leaves must be divided first and `again` is set. */
-static qn_status run_stages(qni_stages *stages, veto_list *vetoes, bool *again, qn_mesh **mesh_out,
-                            qn_solid_surface_report *report) {
-    stages->chunk_count = (stages->octree->leaf_count + QNI_CHUNK - 1) / QNI_CHUNK;
-    stages->chunks = qni_alloc_zero(stages->context, stages->chunk_count, sizeof *stages->chunks);
-    stages->faces = qni_alloc(stages->context, stages->octree->leaf_count, sizeof *stages->faces);
-    if (!stages->chunks || !stages->faces)
-        return qni_fail_memory(stages->error, "a surface");
+static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *again,
+                           qn_mesh **mesh_out, qn_solid_surface_report *report) {
+    QN_TRY(qni_stages_cut(stages));
     QN_TRY(run_chunks(stages, qni_chunk_faces, 0, 0.4));
     QN_TRY(join_features(stages));
     QN_TRY(run_chunks(stages, qni_chunk_cells, 0.4, 0.9));
-    int64_t added;
-    QN_TRY(gather_vetoes(stages, vetoes, &added));
-    *again = *again && added > 0;
-    if (*again)
+    QN_TRY(qni_stages_gather_vetoes(stages, vetoes));
+    *again = *again && vetoes->added > 0;
+    if (*again) {
+        qni_stages_divide(stages, vetoes);
         return QN_OK;
-    report->divided_leaves = vetoes->count - added;
+    }
+    report->divided_leaves = vetoes->count - vetoes->added;
+    if (stages->renumbered)
+        QN_TRY(recount(stages));
     QN_TRY(audit(stages, &report->segments));
     QN_TRY(assemble(stages, mesh_out));
     report_tally(stages, report);
@@ -309,41 +298,39 @@ static qn_status run_stages(qni_stages *stages, veto_list *vetoes, bool *again, 
     return QN_OK;
 }
 
-/* Octree, faces and cells; again while leaves must be divided, which ends since finest ones never
- * must. */
-static qn_status divide_until_well(const qni_hermite *hermite, qni_coarsening *coarsening,
-                                   bool uniform, qn_mesh **mesh_out,
-                                   qn_solid_surface_report *report, qn_error *error) {
-    qn_context *context = hermite->context;
-    veto_list vetoes = {NULL, 0};
+/* Octree, faces and cells; again, where it changes something, while leaves must be divided, which
+ * ends since finest ones never must. */
+static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsening, bool uniform,
+                                   qn_mesh **mesh_out, qn_solid_surface_report *report) {
+    qn_context *context = stages->context;
+    const qni_hermite *hermite = stages->hermite;
+    qni_octree octrees[2] = {{.hermite = hermite}, {.hermite = hermite}};
+    qni_remembered remembered = {coarsening, NULL};
+    qni_veto_list vetoes = {NULL, 0, 0};
     qn_status status = QN_OK;
     bool again = true;
     for (int round = 0; again && status == QN_OK; ++round) {
         const double start = qni_seconds();
-        qni_octree octree;
+        qni_octree *octree = &octrees[round % 2];
         coarsening->vetoes = vetoes.items;
         coarsening->veto_count = vetoes.count;
-        status = qni_octree_create(hermite, uniform ? NULL : qni_cell_is_explained, coarsening,
-                                   &octree, error);
+        status = qni_octree_create(hermite, uniform ? NULL : qni_ask_remembered, &remembered,
+                                   octree, stages->error);
+        qni_octree_destroy(&octrees[(round + 1) % 2]);
         if (status != QN_OK)
             break;
         const double built = qni_seconds();
         report->seconds_octree += built - start;
-        qni_stages stages = {.context = context,
-                             .hermite = hermite,
-                             .octree = &octree,
-                             .settings = *coarsening->settings,
-                             .patches = coarsening->patches,
-                             .solutions = coarsening->faces,
-                             .threads = qn_context_threads(context),
-                             .error = error};
+        stages->octree = octree;
+        remembered.before = octree;
         again = round + 1 < MOST_ROUNDS;
-        status = run_stages(&stages, &vetoes, &again, mesh_out, report);
-        report->scratch_bytes = qn_context_memory(context).current_bytes;
-        free_stages(&stages);
-        qni_octree_destroy(&octree);
+        status = run_round(stages, &vetoes, &again, mesh_out, report);
         report->seconds_cms += qni_seconds() - built;
     }
+    report->scratch_bytes = qn_context_memory(context).current_bytes;
+    qni_stages_free(stages);
+    for (int n = 0; n < 2; ++n)
+        qni_octree_destroy(&octrees[n]);
     qni_free(context, vetoes.items, vetoes.count, sizeof *vetoes.items);
     return status;
 }
@@ -360,8 +347,15 @@ static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_se
     for (int32_t n = 0; patches && n < threads; ++n)
         qni_patch_start(&patches[n], context, hermite, settings);
     qni_coarsening coarsening = {hermite, settings, patches, solutions, NULL, 0};
+    qni_stages stages = {.context = context,
+                         .hermite = hermite,
+                         .settings = *settings,
+                         .patches = patches,
+                         .solutions = solutions,
+                         .threads = threads,
+                         .error = error};
     if (status == QN_OK)
-        status = divide_until_well(hermite, &coarsening, uniform, mesh_out, report, error);
+        status = divide_until_well(&stages, &coarsening, uniform, mesh_out, report);
     for (int32_t n = 0; patches && n < threads; ++n)
         qni_patch_free(&patches[n]);
     qni_free(context, patches, threads, sizeof *patches);

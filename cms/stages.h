@@ -12,8 +12,14 @@ typedef struct qni_leaf_faces {
     uint8_t count[6];
 } qni_leaf_faces;
 
-/* The work on QNI_CHUNK leaves; offsets come from sums over the chunks before. */
+/* The work on some leaves: those of a run of blocks, QNI_CHUNK of them or a little more, or as many
+ * of the larger ones. Offsets come from sums over the chunks before. */
 typedef struct qni_chunk {
+    int64_t block_first, block_end; /* none: larger leaves */
+    int64_t leaf_first, leaf_end;
+    bool solve, make;      /* to be done in this round: faces, cells */
+    qni_leaf_faces *faces; /* for each leaf */
+    int64_t face_capacity;
     qni_segment *segments;
     int64_t segment_count, segment_capacity;
     qni_face_feature *features;
@@ -27,7 +33,7 @@ typedef struct qni_chunk {
     int64_t crease_count, crease_capacity, crease_base;
     qni_cell *vetoes; /* coarse leaves that must be divided */
     int64_t veto_count, veto_capacity;
-    qni_cms_tally tally;
+    qni_cms_tally face_tally, cell_tally;
     qn_status status;
 } qni_chunk;
 
@@ -36,11 +42,15 @@ typedef struct qni_stages {
     const qni_hermite *hermite;
     const qni_octree *octree;
     qni_cms_settings settings;
-    qni_leaf_faces *faces; /* for each leaf */
     qni_chunk *chunks;
     int64_t chunk_count;
-    qni_face_feature *features; /* of all chunks */
+    uint32_t *chunk_of_leaf;
+    int64_t leaf_count; /* as long as chunk_of_leaf */
+    qni_face_feature
+        *features; /* of all chunks, as they were solved; some may be of no use any more
+                    */
     int64_t feature_count;
+    bool renumbered;    /* chunks were solved anew: features do not lie in the chunks' order */
     qni_patch *patches; /* one for each thread */
     qni_face_solution *solutions;
     int32_t threads;
@@ -50,5 +60,33 @@ typedef struct qni_stages {
 /* Solve the faces that the chunk's leaves own; make the triangles of its cells (cells.c). */
 void qni_chunk_faces(qni_stages *stages, int64_t chunk);
 void qni_chunk_cells(qni_stages *stages, int64_t chunk);
+/* Count anew which segments the chunk's cells use, after some chunks were made anew. */
+void qni_chunk_recount(qni_stages *stages, int64_t chunk);
+
+/* ---- rounds (rounds.c) --------------------------------------------------------------------------
+ */
+
+/* Leaves that must be divided, ascending but for the new ones: they did not come out well beside
+ * finer ones. */
+typedef struct qni_veto_list {
+    qni_cell *items;
+    int64_t count, added; /* in the last round */
+} qni_veto_list;
+
+/* Cut the leaves into chunks: the blocks as they were cut before, if they were. */
+qn_status qni_stages_cut(qni_stages *stages);
+/* Add what the chunks of this round say must be divided. */
+qn_status qni_stages_gather_vetoes(qni_stages *stages, qni_veto_list *list);
+/* Put the list in order, and mark the chunks that its new cells change, for another round. */
+void qni_stages_divide(qni_stages *stages, qni_veto_list *list);
+/* The chunks' memory. */
+void qni_stages_free(qni_stages *stages);
+
+/* The question for the octree of a later round: what was answered before is not asked again. */
+typedef struct qni_remembered {
+    qni_coarsening *coarsening;
+    const qni_octree *before; /* NULL: none */
+} qni_remembered;
+bool qni_ask_remembered(void *user, const qni_cell *cell);
 
 #endif
