@@ -80,16 +80,25 @@ int input_read_volume(cli_session *session, qn_volume **volume_out) {
                     &error);
 }
 
-int input_read_mesh(cli_session *session, qn_mesh **mesh_out) {
+static int read_mesh(cli_session *session, const char *path, bool is_mesh, qn_mesh **mesh_out) {
     const cli_options *options = session->options;
-    if (!input_is_mesh(options) && !options->from[0]) {
+    if (!is_mesh && !options->from[0]) {
         cli_say("%s: that is not a mesh file; make a mesh of a volume first: quoin mesh %s -o "
                 "mesh.ply",
-                options->input, options->input);
+                path, path);
         return CLI_USAGE;
     }
     qn_error error;
-    return cli_fail(session,
-                    qn_mesh_read(session->context, options->input, options->from, mesh_out, &error),
+    return cli_fail(session, qn_mesh_read(session->context, path, options->from, mesh_out, &error),
                     &error);
+}
+
+int input_read_mesh(cli_session *session, qn_mesh **mesh_out) {
+    return read_mesh(session, session->options->input, input_is_mesh(session->options), mesh_out);
+}
+
+int input_read_mesh_from(cli_session *session, const char *path, qn_mesh **mesh_out) {
+    cli_options options = *session->options;
+    options.input = path;
+    return read_mesh(session, path, input_is_mesh(&options), mesh_out);
 }

@@ -14,5 +14,7 @@ void input_ending(const char *path, char ending[8]);
 /* Both return 0 or an exit code after having said what is wrong. */
 int input_read_volume(cli_session *session, qn_volume **volume_out);
 int input_read_mesh(cli_session *session, qn_mesh **mesh_out);
+/* The same for another file than the first one named. */
+int input_read_mesh_from(cli_session *session, const char *path, qn_mesh **mesh_out);
 
 #endif

@@ -57,6 +57,7 @@ enum {
     OPTION_NO_FEATURES,
     OPTION_UNIFORM,
     OPTION_SMOOTH,
+    OPTION_SAMPLES,
     OPTION_THREADS,
     OPTION_DEVICE,
     OPTION_PROGRESS,
@@ -73,10 +74,11 @@ enum {
     CSG = 1 << VERB_CSG,
     INFO = 1 << VERB_INFO,
     CHECK = 1 << VERB_CHECK,
+    COMPARE = 1 << VERB_COMPARE,
     CONVERT = 1 << VERB_CONVERT,
     VIEW = 1 << VERB_VIEW,
     HELP = 1 << VERB_HELP,
-    WORK = MESH | CSG | INFO | CHECK | CONVERT | VIEW
+    WORK = MESH | CSG | INFO | CHECK | COMPARE | CONVERT | VIEW
 };
 
 // clang-format off
@@ -100,6 +102,11 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "open, nonmanifold, orientation, intersect and nonfinite.",
      "quoin check bone.ply\n"
      "quoin check bone.ply --fail-on open,orientation", 1, 1},
+    {"compare", "MESH MESH [options]", "say how far two meshes are apart, one way and the other",
+     "Measures all vertices and points spread evenly over the area, each to the nearest triangle of the other mesh. With --tol it exits 6 "
+     "when the largest distance is more.",
+     "quoin compare model.stl remeshed.ply\n"
+     "quoin compare model.stl remeshed.ply --tol 0.05 --report apart.json", 2, 2},
     {"convert", "MESH MESH [options]", "copy a mesh into another format", NULL,
      "quoin convert bone.ply bone.stl\n"
      "quoin convert bone.ply -o bone.obj --tris", 1, 2},
@@ -116,8 +123,8 @@ const cli_option_row cli_option_rows[] = {
      "ply, obj, stl, off or glb, whatever the file is called"},
     {OPTION_ASCII, 0, "ascii", NULL, MESH | CSG | CONVERT, NULL, "PLY and STL as text instead of binary"},
     {OPTION_NO_NORMALS, 0, "no-normals", NULL, MESH | CONVERT, NULL, "leave the vertex normals out"},
-    {OPTION_JSON, 0, "json", NULL, INFO | CHECK, NULL, "print JSON on stdout instead of a table"},
-    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | CHECK, NULL,
+    {OPTION_JSON, 0, "json", NULL, INFO | CHECK | COMPARE, NULL, "print JSON on stdout instead of a table"},
+    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | CHECK | COMPARE, NULL,
      "write a JSON report (- is stdout): input, options, counts, timings, memory and all of check"},
 
     {OPTION_ISO, 0, "iso", "V[,V...]|auto", MESH, "Surface",
@@ -146,7 +153,7 @@ const cli_option_row cli_option_rows[] = {
 
     {OPTION_DEPTH, 0, "depth", "D", CSG, "Surface of a solid", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
     {OPTION_BASE, 0, "base", "N", CSG, NULL, "coarsest cells along the longest axis, a power of two (8)"},
-    {OPTION_TOLERANCE, 0, "tol", "LENGTH", CSG, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell)"},
+    {OPTION_TOLERANCE, 0, "tol", "LENGTH", CSG | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
     {OPTION_CREASE, 0, "crease", "DEGREES", CSG, NULL, "normals that differ by more make a sharp edge (30)"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
     {OPTION_NO_FEATURES, 0, "no-features", NULL, CSG, NULL, "plain marching cubes: no sharp edges"},
@@ -170,6 +177,8 @@ const cli_option_row cli_option_rows[] = {
      "the faults that make the exit code 6, out of open, nonmanifold, orientation, intersect, degenerate, duplicate, "
      "nonfinite; or all, or none"},
     {OPTION_DRY_RUN, 0, "dry-run", NULL, MESH | CSG, NULL, "count and estimate memory and file size; write no mesh"},
+
+    {OPTION_SAMPLES, 0, "samples", "N", COMPARE, "Distances", "points on each mesh, beside its vertices (100000)"},
 
     {OPTION_SIZE, 0, "size", "WxH", VIEW, "Picture", "width and height in pixels (800x600)"},
     {OPTION_AZIMUTH, 0, "azimuth", "DEGREES", VIEW, NULL, "where the camera stands, turning from +x towards +y (40)"},
@@ -503,6 +512,10 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
         return set_positive(row, text, "0.01 (a length above 0)", &options->solid.tolerance);
     case OPTION_CREASE:
         return set_positive(row, text, "30 (degrees above 0)", &options->solid.crease);
+    case OPTION_SAMPLES:
+        good = set_whole(row, text, INT64_C(1000000000), "100000 (1 to 1000000000)", &whole);
+        options->samples = whole;
+        return good && (whole >= 1 || wrong(row, text, "100000 (1 to 1000000000)"));
     case OPTION_DEPTH:
         good = set_whole(row, text, QN_MAX_DEPTH, "7 (3 to 12)", &whole);
         options->solid.depth = (int32_t)whole;
@@ -553,9 +566,9 @@ static const cli_option_row *find_row(int code) {
 }
 
 static int unknown_option(const cli_options *options, const char *text) {
-    const char *names[64];
+    const char *names[128];
     int count = 0;
-    for (int i = 0; i < cli_option_count && count < 64; ++i)
+    for (int i = 0; i < cli_option_count && count < 128; ++i)
         if (cli_option_rows[i].verbs & 1u << options->verb)
             names[count++] = cli_option_rows[i].name;
     const char *close = strncmp(text, "--", 2) == 0 ? nearest_word(text + 2, names, count) : NULL;
@@ -592,6 +605,10 @@ static int read_operands(cli_options *options, int argc, char **argv) {
             return cli_usage("- (stdin): say the format: --from nifti");
         options->input = "/dev/stdin";
     }
+    if (options->verb == VERB_COMPARE) {
+        options->second = count > 1 ? argv[optind + 1] : NULL;
+        return 0;
+    }
     if (count > 1 && options->output)
         return cli_usage("%s and -o %s: give one output", argv[optind + 1], options->output);
     if (count > 1)
@@ -600,7 +617,7 @@ static int read_operands(cli_options *options, int argc, char **argv) {
 }
 
 int cli_options_parse(cli_verb verb, int argc, char **argv, cli_options *options) {
-    struct option long_options[64] = {{0}};
+    struct option long_options[128] = {{0}};
     char letters[64] = ":", *letter = letters + 1;
     for (int i = 0; i < cli_option_count; ++i) {
         const cli_option_row *row = &cli_option_rows[i];

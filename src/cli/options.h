@@ -10,6 +10,7 @@ typedef enum cli_verb {
     VERB_CSG,
     VERB_INFO,
     VERB_CHECK,
+    VERB_COMPARE,
     VERB_CONVERT,
     VERB_VIEW,
     VERB_HELP,
@@ -46,6 +47,8 @@ typedef enum cli_inside_choice { INSIDE_ABOVE, INSIDE_BELOW, INSIDE_AUTO } cli_i
 typedef struct cli_options {
     cli_verb verb;
     const char *input, *output; /* borrowed from argv; NULL when not given */
+    const char *second;         /* of compare: the other mesh */
+    int64_t samples;
     bool help, version;
     double *isovalues;      /* [isovalue_count]; freed by cli_options_free() */
     int32_t isovalue_count; /* 0: automatic */

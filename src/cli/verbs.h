@@ -9,6 +9,7 @@ int verb_mesh(cli_session *session);
 int verb_csg(cli_session *session);
 int verb_info(cli_session *session);
 int verb_check(cli_session *session);
+int verb_compare(cli_session *session);
 int verb_convert(cli_session *session);
 int verb_view(cli_session *session);
 

@@ -97,12 +97,13 @@ static qn_status sort_along_curve(tree_job *job, int64_t count, qni_check_span s
     qni_check *check = job->check;
     numbered *other = qni_alloc(check->context, count, sizeof *other);
     if (!other)
-        return qni_fail_memory(check->error, "the search for self-intersections");
+        return qni_fail_memory(check->error, "a tree of boxes over triangles");
     qn_status status = QN_OK;
     for (int digit = 0; digit < DIGITS && status == QN_OK; ++digit) {
         double done = span.from + (span.to - span.from) * digit / DIGITS;
-        if (qni_progress(check->context, "check", done))
-            status = qni_fail(check->error, QN_ERROR_CANCELLED, "the mesh check was cancelled");
+        const char *stage = check->stage ? check->stage : "check";
+        if (qni_progress(check->context, stage, done))
+            status = qni_fail(check->error, QN_ERROR_CANCELLED, "cancelled during '%s'", stage);
         sort_by_digit(job->order, other, count, digit * DIGIT_BITS);
         numbered *sorted = other;
         other = job->order;
@@ -184,7 +185,7 @@ static qn_status build_levels(tree_job *job, qni_check_span span) {
         tree->row_count[job->level] = count;
         tree->rows[job->level] = qni_alloc(job->check->context, count, sizeof(qni_box_row));
         if (!tree->rows[job->level])
-            return qni_fail_memory(job->check->error, "the search for self-intersections");
+            return qni_fail_memory(job->check->error, "a tree of boxes over triangles");
         QN_TRY(qni_check_blocks(job->check, count, ROW_BLOCK, span, fill_rows, job));
         span.from = span.to;
     }
@@ -211,7 +212,7 @@ static qn_status order_triangles(tree_job *job, int64_t all, qni_check_span span
     tree->triangles = qni_alloc(check->context, tree->triangle_count, sizeof *tree->triangles);
     if (!tree->triangles) {
         tree->triangle_count = 0;
-        return qni_fail_memory(check->error, "the search for self-intersections");
+        return qni_fail_memory(check->error, "a tree of boxes over triangles");
     }
     return qni_check_blocks(check, tree->triangle_count, FACE_BLOCK, fetches, fetch_triangles, job);
 }
@@ -234,7 +235,7 @@ qn_status qni_box_tree_create(qni_check *check, qni_check_span span, qni_box_tre
     place_grid(&job);
     job.order = qni_alloc(check->context, all, sizeof *job.order);
     if (!job.order)
-        return qni_fail_memory(check->error, "the search for self-intersections");
+        return qni_fail_memory(check->error, "a tree of boxes over triangles");
     double middle = span.from + 0.9 * (span.to - span.from);
     const qni_check_span ordering = {span.from, middle}, boxing = {middle, span.to};
     qn_status status = order_triangles(&job, all, ordering);

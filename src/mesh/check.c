@@ -15,15 +15,16 @@ int64_t qni_block_count(int64_t count, int64_t block_size) {
 qn_status qni_check_blocks(qni_check *check, int64_t count, int64_t block_size, qni_check_span span,
                            qni_block_work *work, void *job) {
     const double pause = 0.01; /* seconds between two calls of a caller's progress function */
+    const char *stage = check->stage ? check->stage : "check";
     int64_t blocks = qni_block_count(count, block_size);
-    bool stop = qni_progress(check->context, "check", span.from);
+    bool stop = qni_progress(check->context, stage, span.from);
     double last = qni_seconds();
 #pragma omp parallel for schedule(monotonic                                                        \
                                   : dynamic, 1) num_threads(qn_context_threads(check->context))
     for (int64_t block = 0; block < blocks; ++block) {
         if (qni_thread_index() == 0 && qni_seconds() - last > pause) { /* the calling thread */
             double done = span.from + (span.to - span.from) * (double)block / (double)blocks;
-            if (qni_progress(check->context, "check", done))
+            if (qni_progress(check->context, stage, done))
                 __atomic_store_n(&stop, true, __ATOMIC_RELAXED);
             last = qni_seconds();
         }
@@ -33,7 +34,7 @@ qn_status qni_check_blocks(qni_check *check, int64_t count, int64_t block_size, 
         work(job, block, begin, count - begin < block_size ? count : begin + block_size);
     }
     if (stop)
-        return qni_fail(check->error, QN_ERROR_CANCELLED, "the mesh check was cancelled");
+        return qni_fail(check->error, QN_ERROR_CANCELLED, "cancelled during '%s'", stage);
     return QN_OK;
 }
 
@@ -78,7 +79,7 @@ qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
     *report_out = nothing;
     QNI_CHECK_OPTIONS(options, "qn_mesh_check_options_init", error);
     qn_mesh_report report = nothing;
-    qni_check check = {context, qn_mesh_get_view(mesh), NULL, &report, error};
+    qni_check check = {context, qn_mesh_get_view(mesh), NULL, &report, error, NULL};
     report.vertex_count = mesh->vertex_count;
     report.quad_count = mesh->quad_count;
     report.triangle_count = mesh->triangle_count;

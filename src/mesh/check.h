@@ -17,6 +17,7 @@ typedef struct qni_check {
     uint8_t *vertex_flags;
     qn_mesh_report *report;
     qn_error *error;
+    const char *stage; /* what progress calls the work; NULL: "check" */
 } qni_check;
 
 /* A part of the whole's progress, from 0 to 1. */

@@ -162,6 +162,52 @@ QN_API qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
                                const qn_mesh_check_options *options, qn_mesh_report *report_out,
                                qn_error *error);
 
+/* ---- distances between two meshes ------------------------------------------------------------ */
+
+typedef struct qn_mesh_compare_options {
+    size_t struct_size;
+    int64_t samples; /* points taken on each mesh, beside its vertices; 0: 100,000 */
+} qn_mesh_compare_options;
+
+static inline void qn_mesh_compare_options_init(qn_mesh_compare_options *options) {
+    memset(options, 0, sizeof *options);
+    options->struct_size = sizeof *options;
+}
+
+/* How far points of one mesh are from the other, in world units; angles in degrees. The largest
+ * figures are over all vertices of faces and all samples; means are over the samples, of which each
+ * stands for an equal share of the area. */
+typedef struct qn_mesh_distance {
+    int64_t points;     /* vertices and samples that were measured */
+    double max;         /* the one-sided Hausdorff distance, from below */
+    double mean, rms;   /* of the distances */
+    double farthest[3]; /* where max was found */
+    double normal_mean; /* angle between the normals of the sampled and the nearest face */
+    double normal_max;
+    double normal_beyond_30; /* share of the area where that angle is more than 30 degrees */
+} qn_mesh_distance;
+
+typedef struct qn_mesh_comparison {
+    qn_mesh_distance a_to_b, b_to_a;
+    double max;            /* the Hausdorff distance, from below: the larger of the two */
+    double mean, rms;      /* of both together, by area */
+    double diagonal;       /* of the box round a: what relative figures are taken by */
+    double area_a, area_b; /* square world units */
+    double volume_a,
+        volume_b; /* signed; of meshes that are not closed, from the middle of a's box */
+} qn_mesh_comparison;
+
+/* Measure how far two meshes are apart, one way and the other. Distances are exact (in double) for
+ * the points taken: all vertices that faces use, and points spread evenly over the area, the same
+ * in every run and for every thread count. Faces without area or with vertices that are not finite
+ * are left out; quads count as their two triangles.
+ *
+ * QN_ERROR_EMPTY             one of the meshes has no face with an area
+ * QN_ERROR_INVALID_ARGUMENT  a negative number of samples; coordinates beyond 1e18 */
+QN_API qn_status qn_mesh_compare(qn_context *context, const qn_mesh *a, const qn_mesh *b,
+                                 const qn_mesh_compare_options *options,
+                                 qn_mesh_comparison *comparison_out, qn_error *error);
+
 /* ---- files ----------------------------------------------------------------------------------- */
 
 typedef struct qn_mesh_write_options {

@@ -356,7 +356,7 @@ class ExitCodes(Case):
         self.quoin("check", "open.ply", "--fail-on", "all", code=6)
 
     def test_7_not_built_in(self):
-        for arguments in (("remesh", "a.ply"), ("compare", "a.ply", "b.ply"),
+        for arguments in (("remesh", "a.ply"),
                           ("mesh", "sphere.npy", "-o", "a.ply", "--mode", "cms"),
                           ("mesh", "sphere.npy", "-o", "a.ply", "--device", "cuda")):
             _, err = self.quoin(*arguments, code=7)
@@ -423,6 +423,25 @@ class OtherVerbs(Case):
         tris = ply_header(self.read("d.ply"))[1]
         quads = ply_header(self.read("sphere.ply"))[1]
         self.assertEqual((tris["vertex"], tris["face"]), (quads["vertex"], 2 * quads["face"]))
+
+    def test_compare(self):
+        self.quoin("mesh", "sphere.npy", "--iso", "-1", "-o", "small.ply", "-q")
+        self.mesh()
+        out, err = self.quoin("compare", "sphere.ply", "small.ply", "--tol", "2.2", "--report", "c.json")
+        self.assertEqual(err, "")
+        self.assertIn("largest", out)
+        report = json.loads(self.read("c.json"))
+        self.assertEqual(set(report["comparison"]), struct_fields("mesh.h", "qn_mesh_comparison"))
+        self.assertEqual(set(report["comparison"]["a_to_b"]), struct_fields("mesh.h", "qn_mesh_distance"))
+        self.assertTrue(report["good"])
+        same = json.loads(self.quoin("compare", "sphere.ply", "sphere.ply", "--json", "--samples", "500")[0])
+        self.assertLess(same["comparison"]["max"], 1e-12)
+        _, err = self.quoin("compare", "sphere.ply", "small.ply", "--tol", "0.01", code=6)
+        self.assertIn("more than --tol 0.01", err)
+        self.quoin("compare", "sphere.ply", code=2)
+        self.quoin("compare", "sphere.ply", "none.ply", code=3)
+        self.write("empty.off", b"OFF\n0 0 0\n")
+        self.quoin("compare", "sphere.ply", "empty.off", code=4)
 
     def test_view_makes_a_picture(self):
         self.mesh()
