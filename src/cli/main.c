@@ -59,8 +59,8 @@ static int run_help(const cli_options *options) {
 }
 
 static int run_verb(const cli_options *options) {
-    static int (*const verbs[])(cli_session *) = {verb_mesh,  verb_csg,     verb_info,
-                                                  verb_check, verb_compare, verb_convert, verb_view};
+    static int (*const verbs[])(cli_session *) = {verb_mesh,    verb_csg,     verb_info, verb_check,
+                                                  verb_compare, verb_convert, verb_view};
     cli_session session;
     int exit_code = cli_session_open(&session, options);
     if (!exit_code)
