@@ -183,19 +183,23 @@ static bool emit_spokes(qni_stages *stages, qni_chunk *chunk, const qni_patch *p
     return true;
 }
 
-/* Is the edge between two triangles, in tangent planes that differ enough, a crease? */
+static bool is_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
+    const double *m = patch->vertices[a[3]].normal, *n = patch->vertices[b[3]].normal;
+    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < patch->settings->crease_cosine;
+}
+
+/* Is the edge between two triangles a crease? It joins two sharp features, and their tangent planes
+ * differ enough. */
 static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
                       const int32_t a[4], const int32_t b[4]) {
-    const double *m = patch->vertices[a[3]].normal, *n = patch->vertices[b[3]].normal;
-    if (m[0] * n[0] + m[1] * n[1] + m[2] * n[2] >= patch->settings->crease_cosine)
-        return true;
     int32_t shared[2] = {0, 0};
     int count = 0;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
             if (a[i] == b[j] && count < 2)
                 shared[count++] = a[i];
-    return count < 2 || emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
+    return count < 2 || !patch->vertices[shared[0]].sharp || !patch->vertices[shared[1]].sharp ||
+           !is_folded(patch, a, b) || emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
                                     patch->vertices[shared[1]].ref);
 }
 

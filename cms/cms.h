@@ -12,6 +12,7 @@
 enum {
     QNI_FACE_POINTS = 4 * QNI_EDGE_CAPACITY,
     QNI_FACE_SEGMENTS = QNI_FACE_POINTS / 2,
+    QNI_MOST_BENDS = 6, /* of one segment */
     QNI_CHUNK = 128
 };
 
@@ -37,10 +38,9 @@ typedef struct qni_cms_tally {
 } qni_cms_tally;
 
 /* A point inside a face where a segment bends: a sharp feature, or a bend that keeps it off an
- * edge. Where a segment has two features, a third plane lies between its ends' own: both know it.
- */
+ * edge. Where a segment has several features, planes lie between its ends' own: they know them. */
 typedef struct qni_face_feature {
-    double normal[3]; /* unit length, of the third plane */
+    double at[3], normal[3]; /* unit length; of the plane between, where has_plane */
     float place[3];
     int32_t owner;
     bool sharp, has_plane;
@@ -51,7 +51,7 @@ typedef struct qni_face_feature {
 typedef struct qni_segment {
     uint32_t from, to; /* numbers of crossings */
     uint32_t feature;  /* the first one's number: in the solution, then in the whole */
-    uint8_t bends;     /* how many features follow each other, 0 to 2 */
+    uint8_t bends;     /* how many features follow each other */
     uint8_t used[2];   /* forward, reversed: the audit */
 } qni_segment;
 
@@ -70,7 +70,7 @@ typedef struct qni_face_solution {
     int32_t dropped; /* features that escaped or crossed */
     bool unresolved; /* segments touch */
     qni_segment segments[QNI_FACE_SEGMENTS];
-    qni_face_feature features[2 * QNI_FACE_SEGMENTS];
+    qni_face_feature features[QNI_MOST_BENDS * QNI_FACE_SEGMENTS];
 } qni_face_solution;
 
 /* Solve one face; a pure function of the face (face.c). `solid` agrees with the whole one near the
@@ -175,10 +175,11 @@ static inline float qni_between(double value, float low, float high) {
     return rounded < least ? least : rounded > most ? most : rounded;
 }
 
-/* The surface within `reach` of a point, along a unit normal that it must share, nearly (near.c).
- */
-bool qni_surface_near(const qn_solid *solid, const double point[3], const double normal[3],
-                      double reach, double at_out[3], double normal_out[3]);
+/* The surface within `reach` of a point along a unit direction; its normal must be that given,
+ * nearly (near.c). */
+bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
+                      const double normal[3], double reach, double at_out[3],
+                      double normal_out[3]);
 
 /* ---- the whole ----------------------------------------------------------------------------------
  */

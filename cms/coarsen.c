@@ -27,7 +27,7 @@ static bool has_crossed_edge(const qni_hermite *hermite, const qni_cell *cell) {
     return false;
 }
 
-enum { MOST_SEGMENTS = 3 }; /* on a face of a leaf above the finest level */
+enum { MOST_SEGMENTS = 3, MOST_FEATURES = 6 }; /* on a face of a leaf above the finest level */
 
 /* ---- samples ------------------------------------------------------------------------------------
  */
@@ -183,20 +183,20 @@ static bool samples_are_explained(const qni_patch *patch) {
 
 /* The cell's own loop, as if its neighbours were leaves of its size. */
 static bool make_loop(qni_patch *patch, qni_face_solution *solution, const qni_cell *cell) {
-    qni_face_feature features[QNI_FACES * 2 * MOST_SEGMENTS];
+    qni_face_feature features[QNI_FACES * MOST_FEATURES];
     qni_patch_set_cell(patch, cell);
     for (int face = 0; face < QNI_FACES; ++face) {
         const qni_face place = qni_face_of_cell(cell, face);
         qni_solve_face(patch->hermite, patch->solid, patch->settings, &place, solution);
-        if (solution->count > MOST_SEGMENTS || solution->broken || solution->dropped ||
+        if (solution->count > MOST_SEGMENTS || solution->feature_count > MOST_FEATURES || solution->broken || solution->dropped ||
             solution->unresolved)
             return false;
         const bool out = qni_face_points_out(face);
-        memcpy(features + 2 * MOST_SEGMENTS * face, solution->features,
+        memcpy(features + MOST_FEATURES * face, solution->features,
                sizeof *features * (size_t)solution->feature_count);
         for (int n = 0; n < solution->count; ++n)
             if (!qni_patch_add_piece(patch, &solution->segments[n], out,
-                                     (uint32_t)(2 * MOST_SEGMENTS * face)))
+                                     (uint32_t)(MOST_FEATURES * face)))
                 return false;
     }
     return qni_patch_trace(patch, features) && patch->loop_count == 1;

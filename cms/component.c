@@ -139,7 +139,7 @@ static bool add_vertex(qni_patch *patch, uint32_t ref, const qni_hermite_crossin
     vertex->walls = 0;
     for (int k = 0; k < 3; ++k) {
         vertex->place[k] = place[k];
-        vertex->at[k] = (double)place[k];
+        vertex->at[k] = feature && feature->has_plane ? feature->at[k] : (double)place[k];
         vertex->walls |= (uint8_t)((place[k] == patch->low[k]) << 2 * k |
                                    (place[k] == patch->high[k]) << (2 * k + 1));
     }

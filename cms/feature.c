@@ -157,65 +157,199 @@ static qn_status place_smooth(qni_patch *patch, qni_loop *loop, bool on_surface)
     return QN_OK;
 }
 
-/* From the middle of the two features towards the crease itself, where that is not far. */
-static void place_on_crease(qni_patch *patch, qni_loop *loop) {
-    double middle[3], point[3], reach = 0, moved = 0;
-    mean_of(patch, loop, true, middle);
-    for (int32_t n = 0; n < loop->count; ++n) {
-        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
-        if (!vertex->sharp)
-            continue;
-        for (int k = 0; k < 3; ++k)
-            reach +=
-                ((double)vertex->place[k] - middle[k]) * ((double)vertex->place[k] - middle[k]);
-    }
-    if (solve_about(patch, loop, 2, middle, point) && is_inside(patch, point)) {
-        for (int k = 0; k < 3; ++k)
-            moved += (point[k] - middle[k]) * (point[k] - middle[k]);
-        if (moved < 0.25 * reach)
-            memcpy(middle, point, sizeof middle);
-    }
-    set_apex(patch, loop, middle);
+/* ---- sheets: what lies between two sharp features that follow each other in the loop
+ */
+
+enum { MOST_SHEETS = 16, REFINE_STEPS = 6 };
+
+typedef struct sheet {
+    double at[3], normal[3];
+} sheet;
+
+static double height_over(const qni_loop_vertex *plane, const float place[3]) {
+    double height = 0;
+    for (int k = 0; k < 3; ++k)
+        height += plane->normal[k] * ((double)place[k] - plane->at[k]);
+    return fabs(height);
 }
 
-static void place_corner(qni_patch *patch, qni_loop *loop) {
-    double mean[3], point[3];
-    mean_of(patch, loop, false, mean);
-    if (solve_about(patch, loop, 3, mean, point) && is_inside(patch, point)) {
+static double distance2(const double a[3], const double b[3]) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k)
+        sum += (a[k] - b[k]) * (a[k] - b[k]);
+    return sum;
+}
+
+/* The vertex that speaks for the sheet from one sharp feature to the next: the crossing next to a
+ * point; without any, the feature in whose plane both lie. */
+static const qni_loop_vertex *speaker_of(const qni_patch *patch, const qni_loop *loop, int32_t from,
+                                         int32_t to, const double point[3]) {
+    const qni_loop_vertex *v = patch->vertices + loop->first, *best = NULL;
+    double least = HUGE_VAL;
+    for (int32_t n = from + 1; n < to; ++n) {
+        const qni_loop_vertex *vertex = &v[n % loop->count];
+        const double distance = distance2(vertex->at, point);
+        if (vertex->has_plane && distance < least) {
+            least = distance;
+            best = vertex;
+        }
+    }
+    for (int n = 0; n < 2 && least == HUGE_VAL; ++n) {
+        const qni_loop_vertex *a = &v[(n ? to : from) % loop->count],
+                              *b = &v[(n ? from : to) % loop->count];
+        if (a->has_plane &&
+            (!best || height_over(a, b->place) < height_over(best, a->place)))
+            best = a;
+    }
+    return best;
+}
+
+static int32_t gather_sheets(const qni_patch *patch, const qni_loop *loop, const double point[3],
+                             sheet *sheets) {
+    const qni_loop_vertex *v = patch->vertices + loop->first;
+    int32_t count = 0, first = 0;
+    while (first < loop->count && !v[first].sharp)
+        ++first;
+    for (int32_t from = first; from < first + loop->count && count < MOST_SHEETS;) {
+        int32_t to = from + 1;
+        while (to < first + loop->count && !v[to % loop->count].sharp)
+            ++to;
+        const qni_loop_vertex *speaker = speaker_of(patch, loop, from, to, point);
+        if (speaker) {
+            memcpy(sheets[count].at, speaker->at, sizeof sheets->at);
+            memcpy(sheets[count++].normal, speaker->normal, sizeof sheets->normal);
+        }
+        from = to;
+    }
+    return count;
+}
+
+/* The least-norm point of the sheets' tangent planes about a centre. */
+static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const double centre[3],
+                         double point[3]) {
+    double rows[3 * MOST_SHEETS], heights[MOST_SHEETS], step[3];
+    for (int32_t n = 0; n < count; ++n) {
+        memcpy(rows + 3 * n, sheets[n].normal, sizeof sheets->normal);
+        heights[n] = 0;
+        for (int k = 0; k < 3; ++k)
+            heights[n] += sheets[n].normal[k] * (sheets[n].at[k] - centre[k]);
+    }
+    if (!qni_solve_planes(rows, heights, count, rank, step))
+        return false;
+    for (int k = 0; k < 3; ++k)
+        point[k] = centre[k] + step[k];
+    return true;
+}
+
+/* The tangent again, most of the way towards a point. */
+static bool approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
+    const double distance = sqrt(distance2(tangent->at, point));
+    double target[3], at[3], normal[3];
+    if (!(distance > 1e-9 * patch->size))
+        return true;
+    for (int k = 0; k < 3; ++k)
+        target[k] = tangent->at[k] + 0.9 * (point[k] - tangent->at[k]);
+    if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal, 0.3 * distance, at,
+                          normal))
+        return false;
+    memcpy(tangent->at, at, sizeof at);
+    memcpy(tangent->normal, normal, sizeof normal);
+    return true;
+}
+
+/* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */
+static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, int32_t rank,
+                        double point[3]) {
+    const double cell = patch->hermite->lattice.cell;
+    double next[3];
+    if (!solve_sheets(sheets, count, rank, point, next))
+        return false;
+    memcpy(point, next, sizeof next);
+    for (int step = 0; step < REFINE_STEPS; ++step) {
+        for (int32_t n = 0; n < count; ++n)
+            if (!approach(patch, &sheets[n], point))
+                return false;
+        if (!solve_sheets(sheets, count, rank, point, next))
+            return false;
+        const double moved = sqrt(distance2(next, point));
+        if (!(moved < 2 * patch->size))
+            return false;
+        memcpy(point, next, sizeof next);
+        if (moved < 1e-7 * cell)
+            break;
+    }
+    return true;
+}
+
+/* Is the point on the surface, to first order? */
+static bool is_on_surface(const qni_patch *patch, const double point[3], double tolerance) {
+    const qn_solid *solid = patch->solid;
+    double value, gradient[3];
+    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
+        solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
+            QN_OK)
+        return false;
+    return value == 0 || fabs(value) <= tolerance * sqrt(dot3(gradient, gradient));
+}
+
+/* Two features: from the middle between them to the crease itself. */
+static void place_on_crease(qni_patch *patch, qni_loop *loop) {
+    double middle[3], point[3];
+    sheet sheets[MOST_SHEETS];
+    mean_of(patch, loop, true, middle);
+    memcpy(point, middle, sizeof point);
+    const int32_t count = gather_sheets(patch, loop, middle, sheets);
+    if (count == 2 && meet_sheets(patch, sheets, count, 2, point) && is_inside(patch, point) &&
+        is_on_surface(patch, point, 1e-3 * patch->size)) {
         set_apex(patch, loop, point);
         return;
     }
     loop->escaped = true;
-    if (loop->sharp_count == 2) {
-        place_on_crease(patch, loop);
+    set_apex(patch, loop, middle);
+}
+
+/* Three features and more: where all sheets meet. */
+static void place_corner(qni_patch *patch, qni_loop *loop) {
+    double mean[3], point[3];
+    sheet sheets[MOST_SHEETS];
+    mean_of(patch, loop, true, mean);
+    memcpy(point, mean, sizeof point);
+    const int32_t count = gather_sheets(patch, loop, mean, sheets);
+    if (count >= 3 && meet_sheets(patch, sheets, count, 3, point) && is_inside(patch, point) &&
+        is_on_surface(patch, point, 1e-3 * patch->size)) {
+        set_apex(patch, loop, point);
         return;
     }
-    mean_of(patch, loop, loop->sharp_count > 2, mean);
+    loop->escaped = true;
     set_apex(patch, loop, mean);
 }
 
-/* Two clusters without two features: the crease ends here, or the surface is just curved. */
-static qn_status place_between(qni_patch *patch, qni_loop *loop, bool on_surface) {
+/* No features: smooth, or the tip of a cone, where all tangent planes meet. */
+static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_surface) {
     double mean[3], point[3];
-    mean_of(patch, loop, false, mean);
-    if (solve_about(patch, loop, 2, mean, point) && is_inside(patch, point)) {
-        set_apex(patch, loop, point);
-        return QN_OK;
+    if (patch->settings->features && count_clusters(patch, loop) >= 3) {
+        mean_of(patch, loop, false, mean);
+        if (solve_about(patch, loop, 3, mean, point) && is_inside(patch, point) &&
+            largest_height(patch, loop, point) < 1e-3 * patch->size &&
+            is_on_surface(patch, point, 1e-3 * patch->size)) {
+            loop->clusters = 3;
+            set_apex(patch, loop, point);
+            return QN_OK;
+        }
     }
     return place_smooth(patch, loop, on_surface);
 }
 
 static qn_status place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
     loop->escaped = false;
-    loop->clusters = patch->settings->features ? count_clusters(patch, loop) : 1;
-    if (loop->clusters >= 3)
-        place_corner(patch, loop);
-    else if (loop->clusters == 2 && loop->sharp_count == 2)
+    loop->clusters = 1;
+    if (loop->sharp_count == 0)
+        return place_featureless(patch, loop, on_surface);
+    loop->clusters = loop->sharp_count > 2 ? 3 : 2;
+    if (loop->sharp_count == 2)
         place_on_crease(patch, loop);
-    else if (loop->clusters == 2)
-        return place_between(patch, loop, on_surface);
     else
-        return place_smooth(patch, loop, on_surface);
+        place_corner(patch, loop);
     return QN_OK;
 }
 

@@ -6,14 +6,15 @@
 #include <math.h>
 #include <string.h>
 
-bool qni_surface_near(const qn_solid *solid, const double point[3], const double normal[3],
-                      double reach, double at_out[3], double normal_out[3]) {
+bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
+                      const double normal[3], double reach, double at_out[3],
+                      double normal_out[3]) {
     qni_crossing found[8];
     int32_t count = 0;
     double a[3], b[3], best = 2;
     for (int k = 0; k < 3; ++k) {
-        a[k] = point[k] - reach * normal[k];
-        b[k] = point[k] + reach * normal[k];
+        a[k] = point[k] - reach * direction[k];
+        b[k] = point[k] + reach * direction[k];
     }
     if (solid->ops->crossings(solid, a, b, 8, found, &count) != QN_OK)
         return false;

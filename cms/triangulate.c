@@ -276,7 +276,7 @@ static qn_status triangulate_odd(qni_patch *patch, qni_loop *loop) {
 
 static bool is_odd(const qni_patch *patch, const qni_loop *loop) {
     return patch->settings->features && loop->clusters > 1 &&
-           (loop->escaped || loop->sharp_count != loop->clusters);
+           (loop->escaped || loop->sharp_count == 1);
 }
 
 qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally) {
