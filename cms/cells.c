@@ -199,8 +199,9 @@ static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *pat
             if (a[i] == b[j] && count < 2)
                 shared[count++] = a[i];
     return count < 2 || !patch->vertices[shared[0]].sharp || !patch->vertices[shared[1]].sharp ||
-           !is_folded(patch, a, b) || emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
-                                    patch->vertices[shared[1]].ref);
+           !is_folded(patch, a, b) ||
+           emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
+                       patch->vertices[shared[1]].ref);
 }
 
 static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,

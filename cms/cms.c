@@ -376,6 +376,43 @@ static qni_box bounds_of(const qn_solid *solid, const qn_solid_surface_options *
     return box;
 }
 
+/* What faces and cells ask: the solid that the lattice's edges were cut to, ending at the bounds.
+ */
+static qn_status cut_at_bounds(const qni_hermite *hermite, qn_solid **cut_out, qn_error *error) {
+    qn_context *context = hermite->context;
+    const qni_box *bounds = &hermite->lattice.bounds;
+    qn_solid *box = NULL, *cap = NULL;
+    qn_status status = qn_solid_box(context, bounds->low, bounds->high, &box, error);
+    if (status == QN_OK)
+        status = qn_solid_with_owner(context, box, -1, &cap, error);
+    if (status == QN_OK) {
+        qn_solid *parts[2] = {qni_solid_retain(hermite->solid), cap};
+        status = qn_solid_intersection(context, 2, parts, cut_out, error);
+        qn_solid_destroy(parts[0]);
+    }
+    qn_solid_destroy(cap);
+    qn_solid_destroy(box);
+    return status;
+}
+
+static qn_status surface_of_crossings(qni_hermite *hermite, const qni_cms_settings *settings,
+                                      const qn_solid_surface_options *options, qn_mesh **mesh_out,
+                                      qn_solid_surface_report *report, qn_error *error) {
+    if (hermite->crossing_count >= (int64_t)QNI_REF_FEATURE)
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "more than 2^30 crossings: take a smaller depth");
+    const qn_solid *whole = hermite->solid;
+    qn_solid *cut = NULL;
+    if (!options->open)
+        QN_TRY(cut_at_bounds(hermite, &cut, error));
+    hermite->solid = cut ? cut : whole;
+    const qn_status status =
+        surface_of_hermite(hermite, settings, options->uniform, mesh_out, report, error);
+    hermite->solid = whole;
+    qn_solid_destroy(cut);
+    return status;
+}
+
 qn_status qni_cms_surface(qn_context *context, const qn_solid *solid,
                           const qn_solid_surface_options *options, qn_mesh **mesh_out,
                           qn_solid_surface_report *report, qn_error *error) {
@@ -394,12 +431,8 @@ qn_status qni_cms_surface(qn_context *context, const qn_solid *solid,
         .features = !options->no_features,
         .open = options->open,
     };
-    qn_status status;
-    if (hermite.crossing_count >= (int64_t)QNI_REF_FEATURE)
-        status = qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
-                          "more than 2^30 crossings: take a smaller depth");
-    else
-        status = surface_of_hermite(&hermite, &settings, options->uniform, mesh_out, report, error);
+    const qn_status status =
+        surface_of_crossings(&hermite, &settings, options, mesh_out, report, error);
     qni_hermite_destroy(&hermite);
     if (status != QN_OK)
         return status;

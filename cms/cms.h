@@ -178,8 +178,7 @@ static inline float qni_between(double value, float low, float high) {
 /* The surface within `reach` of a point along a unit direction; its normal must be that given,
  * nearly (near.c). */
 bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
-                      const double normal[3], double reach, double at_out[3],
-                      double normal_out[3]);
+                      const double normal[3], double reach, double at_out[3], double normal_out[3]);
 
 /* ---- the whole ----------------------------------------------------------------------------------
  */

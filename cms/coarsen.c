@@ -188,8 +188,8 @@ static bool make_loop(qni_patch *patch, qni_face_solution *solution, const qni_c
     for (int face = 0; face < QNI_FACES; ++face) {
         const qni_face place = qni_face_of_cell(cell, face);
         qni_solve_face(patch->hermite, patch->solid, patch->settings, &place, solution);
-        if (solution->count > MOST_SEGMENTS || solution->feature_count > MOST_FEATURES || solution->broken || solution->dropped ||
-            solution->unresolved)
+        if (solution->count > MOST_SEGMENTS || solution->feature_count > MOST_FEATURES ||
+            solution->broken || solution->dropped || solution->unresolved)
             return false;
         const bool out = qni_face_points_out(face);
         memcpy(features + MOST_FEATURES * face, solution->features,

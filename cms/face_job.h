@@ -26,7 +26,7 @@ typedef struct qni_face_job {
     const qn_solid *solid;
     const qni_cms_settings *settings;
     const qni_face *face;
-    int p, q; /* the face's axes */
+    int p, q;                       /* the face's axes */
     double low[2], high[2], height; /* height: the face's plane */
     double size;
     float low_float[2], high_float[2];

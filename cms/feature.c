@@ -160,7 +160,7 @@ static qn_status place_smooth(qni_patch *patch, qni_loop *loop, bool on_surface)
 /* ---- sheets: what lies between two sharp features that follow each other in the loop
  */
 
-enum { MOST_SHEETS = 16, REFINE_STEPS = 6 };
+enum { MOST_SHEETS = 16, REFINE_STEPS = 12 };
 
 typedef struct sheet {
     double at[3], normal[3];
@@ -197,8 +197,7 @@ static const qni_loop_vertex *speaker_of(const qni_patch *patch, const qni_loop 
     for (int n = 0; n < 2 && least == HUGE_VAL; ++n) {
         const qni_loop_vertex *a = &v[(n ? to : from) % loop->count],
                               *b = &v[(n ? from : to) % loop->count];
-        if (a->has_plane &&
-            (!best || height_over(a, b->place) < height_over(best, a->place)))
+        if (a->has_plane && (!best || height_over(a, b->place) < height_over(best, a->place)))
             best = a;
     }
     return best;
@@ -241,20 +240,24 @@ static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const
     return true;
 }
 
-/* The tangent again, most of the way towards a point. */
+/* The tangent again, most of the way towards a point; half of it where that is too far. */
 static bool approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
     const double distance = sqrt(distance2(tangent->at, point));
-    double target[3], at[3], normal[3];
     if (!(distance > 1e-9 * patch->size))
         return true;
-    for (int k = 0; k < 3; ++k)
-        target[k] = tangent->at[k] + 0.9 * (point[k] - tangent->at[k]);
-    if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal, 0.3 * distance, at,
-                          normal))
-        return false;
-    memcpy(tangent->at, at, sizeof at);
-    memcpy(tangent->normal, normal, sizeof normal);
-    return true;
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        const double share = attempt ? 0.5 : 0.9, reach = attempt ? 0.5 : 0.3;
+        double target[3], at[3], normal[3];
+        for (int k = 0; k < 3; ++k)
+            target[k] = tangent->at[k] + share * (point[k] - tangent->at[k]);
+        if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal,
+                              reach * distance, at, normal))
+            continue;
+        memcpy(tangent->at, at, sizeof at);
+        memcpy(tangent->normal, normal, sizeof normal);
+        return true;
+    }
+    return false;
 }
 
 /* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */

@@ -16,8 +16,7 @@ static double misfit(const qni_face_job *job, int i, int j) {
         return 0;
     const double *from = enter->line.at, *to = leave->line.at;
     const double way[2] = {to[0] - from[0], to[1] - from[1]};
-    double cost =
-        fabs(qni_dot2(way, enter->line.normal)) + fabs(qni_dot2(way, leave->line.normal));
+    double cost = fabs(qni_dot2(way, enter->line.normal)) + fabs(qni_dot2(way, leave->line.normal));
     const double length = sqrt(qni_dot2(way, way));
     cost += qni_runs_rightly(from, to, enter->line.normal) ? 0 : length;
     cost += qni_runs_rightly(from, to, leave->line.normal) ? 0 : length;

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { STEPS = 6 };
+enum { STEPS = 24 };
 
 bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b) {
     const double *m = a->crossing->normal, *n = b->crossing->normal;
@@ -71,35 +71,110 @@ static bool is_within(const qni_face_job *job, const double point[2], double sla
     return true;
 }
 
+/* How far one can go from a point of the face before leaving it. */
+static double room(const qni_face_job *job, const double from[2], const double way[2]) {
+    double most = HUGE_VAL;
+    for (int k = 0; k < 2; ++k)
+        if (way[k] != 0)
+            most = fmin(most, ((way[k] > 0 ? job->high[k] : job->low[k]) - from[k]) / way[k]);
+    return fmax(most, 0);
+}
+
+/* The trace halfway between two of its points: next to the middle of their chord, straight across
+ * it; only where it has the solid on the same side. */
+static bool sample_between(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b,
+                           qni_face_line *out) {
+    const double chord[2] = {b->at[0] - a->at[0], b->at[1] - a->at[1]};
+    const double length = hypot(chord[0], chord[1]);
+    if (!(length > 1e-9 * job->size))
+        return false;
+    const double out_of_solid[2] = {-chord[1] / length, chord[0] / length},
+                 into_solid[2] = {-out_of_solid[0], -out_of_solid[1]};
+    double middle[2], ends[2][2], points[2][3], best = HUGE_VAL, reach[2];
+    for (int k = 0; k < 2; ++k) /* the sum of two coordinates within bounds can round beyond them */
+        middle[k] = fmin(fmax(0.5 * (a->at[k] + b->at[k]), job->low[k]), job->high[k]);
+    reach[0] = room(job, middle, into_solid);
+    reach[1] = room(job, middle, out_of_solid);
+    for (int n = 0; n < 2; ++n) {
+        for (int k = 0; k < 2; ++k)
+            ends[n][k] = middle[k] + (n ? reach[1] : -reach[0]) * out_of_solid[k];
+        to_space(job, ends[n], points[n]);
+    }
+    qni_crossing found[8];
+    int32_t count = 0;
+    if (!(reach[0] + reach[1] > 0) ||
+        job->solid->ops->crossings(job->solid, points[0], points[1], 8, found, &count) != QN_OK)
+        return false;
+    for (int32_t n = 0; n < count && n < 8; ++n) {
+        const double off = fabs(found[n].at * (reach[0] + reach[1]) - reach[0]);
+        double at[3];
+        for (int k = 0; k < 3; ++k)
+            at[k] = points[0][k] + found[n].at * (points[1][k] - points[0][k]);
+        if (!found[n].enters && off < best && set_line(job, at, found[n].normal, out)) {
+            best = off;
+            out->owner = found[n].owner;
+        }
+    }
+    return best < HUGE_VAL;
+}
+
+static double likeness(const qni_face_line *a, const qni_face_line *b) {
+    const double *m = a->space_normal, *n = b->space_normal;
+    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
+}
+
 typedef enum bend_kind { BEND_NONE, BEND_SMOOTH, BEND_SHARP } bend_kind;
 
+/* One step of both tangents towards where they meet. */
+static bool step_closer(const qni_face_job *job, qni_face_line *a, qni_face_line *b,
+                        double bend[2]) {
+    qni_face_line closer[2] = {*a, *b};
+    double met[2], guess[2];
+    if (!lines_meet(a, b, met) || !is_within(job, met, 0.4 * job->size))
+        return false;
+    for (int k = 0; k < 2; ++k)
+        guess[k] = fmin(fmax(met[k], job->low[k]), job->high[k]);
+    if (!approach(job, &closer[0], guess) || !approach(job, &closer[1], guess))
+        return false;
+    *a = closer[0];
+    *b = closer[1];
+    if (likeness(a, b) < job->settings->crease_cosine && !lines_meet(a, b, met))
+        return false;
+    memcpy(bend, met, sizeof met);
+    return true;
+}
+
 /* Where two lines meet: each step takes the error of curvature to a hundredth; flat surfaces do not
- * move. What is smooth has no angle left when it is looked at closely. */
+ * move. Where the surface curves too much for that, the way between is halved. What is smooth has
+ * no angle left when it is looked at closely. */
 static bend_kind find_bend(const qni_face_job *job, const qni_face_line *first,
                            const qni_face_line *second, double bend[2]) {
-    qni_face_line a = *first, b = *second;
+    qni_face_line a = *first, b = *second, middle;
     const double cell = job->hermite->lattice.cell;
-    if (!lines_meet(&a, &b, bend) || !is_within(job, bend, 0.4 * job->size))
-        return BEND_NONE;
+    double last[2] = {HUGE_VAL, HUGE_VAL};
     for (int step = 0; step < STEPS; ++step) {
-        double next[2], guess[2];
-        for (int k = 0; k < 2; ++k)
-            guess[k] = fmin(fmax(bend[k], job->low[k]), job->high[k]);
-        if (!approach(job, &a, guess) || !approach(job, &b, guess))
+        if (step_closer(job, &a, &b, bend)) {
+            if (likeness(&a, &b) >= job->settings->crease_cosine)
+                return BEND_SMOOTH;
+            const double moved = hypot(bend[0] - last[0], bend[1] - last[1]);
+            memcpy(last, bend, sizeof last);
+            if (moved < 1e-7 * cell)
+                return is_within(job, bend, 5e-5 * cell) ? BEND_SHARP : BEND_NONE;
+            continue;
+        }
+        if (!sample_between(job, &a, &b, &middle))
             return BEND_NONE;
-        const double *m = a.space_normal, *n = b.space_normal;
-        if (m[0] * n[0] + m[1] * n[1] + m[2] * n[2] >= job->settings->crease_cosine)
+        const double to_a = likeness(&middle, &a), to_b = likeness(&middle, &b);
+        if (fmax(to_a, to_b) < job->settings->crease_cosine)
+            return BEND_NONE;
+        if (to_a > to_b)
+            a = middle;
+        else
+            b = middle;
+        if (likeness(&a, &b) >= job->settings->crease_cosine)
             return BEND_SMOOTH;
-        if (!lines_meet(&a, &b, next))
-            return BEND_NONE;
-        const double moved = hypot(next[0] - bend[0], next[1] - bend[1]);
-        if (!(moved < job->size))
-            return BEND_NONE;
-        memcpy(bend, next, sizeof next);
-        if (moved < 1e-7 * cell)
-            break;
     }
-    return is_within(job, bend, 5e-5 * cell) ? BEND_SHARP : BEND_NONE;
+    return BEND_NONE;
 }
 
 /* The active branch's tangent at a point of the face; the point's distance from the surface, to
@@ -157,50 +232,44 @@ static bool runs_on(const qni_face_job *job, const qni_trace *trace) {
     return true;
 }
 
-/* What the solid says about the first bend that does not hold. */
+/* The first bend that does not hold, and a line to go there. */
 typedef struct objection {
     int bend; /* -1: all hold */
-    double guess[2];
     qni_face_line line;
     bool has_line;
-    double distance; /* of the bend from the surface */
 } objection;
 
-static void object(const qni_face_job *job, const qni_trace *trace, int n, const double at[2],
+static bool is_new_line(const qni_face_job *job, const qni_trace *trace, int n,
+                        const qni_face_line *line) {
+    return !same_line(job, line, &trace->lines[n]) && !same_line(job, line, &trace->lines[n + 1]);
+}
+
+/* By the branch that is active at a point, or by the trace halfway. */
+static void object(const qni_face_job *job, const qni_trace *trace, int n, const double *at,
                    objection *out) {
+    double guess[2], distance;
     out->bend = n;
-    for (int k = 0; k < 2; ++k)
-        out->guess[k] = fmin(fmax(at[k], job->low[k]), job->high[k]);
-    out->has_line = probe(job, out->guess, &out->line, &out->distance) &&
-                    !same_line(job, &out->line, &trace->lines[n]) &&
-                    !same_line(job, &out->line, &trace->lines[n + 1]);
+    for (int k = 0; k < 2 && at; ++k)
+        guess[k] = fmin(fmax(at[k], job->low[k]), job->high[k]);
+    out->has_line =
+        (at ? probe(job, guess, &out->line, &distance)
+            : sample_between(job, &trace->lines[n], &trace->lines[n + 1], &out->line)) &&
+        is_new_line(job, trace, n, &out->line);
 }
 
-static void middle_of(const qni_trace *trace, int n, double middle[2]) {
-    for (int k = 0; k < 2; ++k)
-        middle[k] = 0.5 * (trace->lines[n].at[k] + trace->lines[n + 1].at[k]);
-}
-
-/* Find all bends of the chain; smooth ones are taken out. */
-static void find_bends(const qni_face_job *job, qni_trace *trace, objection *out) {
+/* Find all bends of the chain. */
+static void find_bends(const qni_face_job *job, qni_trace *trace, bool halfway, objection *out) {
     out->bend = -1;
     for (int n = 0; n < trace->count; ++n) {
-        double *bend = trace->bends[n], middle[2], met[2];
+        double *bend = trace->bends[n], distance;
+        qni_face_line unused;
         const bend_kind kind = find_bend(job, &trace->lines[n], &trace->lines[n + 1], bend);
-        if (kind == BEND_SHARP) {
-            qni_face_line unused;
-            if (!probe(job, bend, &unused, &out->distance) ||
-                out->distance <= 1e-6 * job->hermite->lattice.cell)
-                continue;
-            object(job, trace, n, bend, out);
-            return;
-        }
-        if (kind == BEND_SMOOTH && trace->count == 1)
+        if (kind == BEND_SHARP && (!probe(job, bend, &unused, &distance) ||
+                                   distance <= 1e-6 * job->hermite->lattice.cell))
             continue;
-        out->distance = HUGE_VAL;
-        middle_of(trace, n, middle);
-        const bool meets = lines_meet(&trace->lines[n], &trace->lines[n + 1], met);
-        object(job, trace, n, meets ? met : middle, out);
+        object(job, trace, n, kind == BEND_SHARP && !halfway ? bend : NULL, out);
+        if (!out->has_line && lines_meet(&trace->lines[n], &trace->lines[n + 1], bend))
+            object(job, trace, n, bend, out);
         return;
     }
 }
@@ -212,19 +281,13 @@ static void insert_line(qni_trace *trace, int bend, const qni_face_line *line) {
     ++trace->count;
 }
 
-/* Lines are added until no bend is objected to. `from_middle`: the first is looked for at the middle
- * between the ends. */
-static bool grow_chain(const qni_face_job *job, qni_trace *trace, bool from_middle) {
+/* Lines are added until no bend is objected to. */
+static bool grow_chain(const qni_face_job *job, qni_trace *trace, bool halfway) {
     objection against;
-    for (int round = 0;; ++round) {
-        find_bends(job, trace, &against);
+    for (;;) {
+        find_bends(job, trace, halfway, &against);
         if (against.bend < 0)
             return runs_on(job, trace);
-        if (round == 0 && from_middle) {
-            double middle[2];
-            middle_of(trace, against.bend, middle);
-            object(job, trace, against.bend, middle, &against);
-        }
         if (!against.has_line || trace->count == QNI_MOST_BENDS)
             return false;
         insert_line(trace, against.bend, &against.line);

@@ -59,8 +59,8 @@ static void height_over_sphere(const test_curve *curve, double t, double *height
     const test_face *cylinder = &curve->faces[0], *sphere = &curve->faces[1];
     double rim[3], d[3];
     for (int k = 0; k < 3; ++k) {
-        rim[k] = cylinder->centre[k] +
-                 cylinder->radius * (cos(t) * curve->u[k] + sin(t) * curve->v[k]);
+        rim[k] =
+            cylinder->centre[k] + cylinder->radius * (cos(t) * curve->u[k] + sin(t) * curve->v[k]);
         d[k] = rim[k] - sphere->centre[k];
     }
     const double along = dot(d, cylinder->axis);
@@ -74,10 +74,10 @@ void test_curve_at(const test_curve *curve, double t, double point[3]) {
     if (curve->kind == TEST_QUARTIC)
         height_over_sphere(curve, t, &height);
     for (int k = 0; k < 3; ++k)
-        point[k] = curve->kind == TEST_LINE
-                       ? curve->origin[k] + t * curve->u[k]
-                       : curve->origin[k] +
-                             curve->radius * (cos(t) * curve->u[k] + sin(t) * curve->v[k]);
+        point[k] =
+            curve->kind == TEST_LINE
+                ? curve->origin[k] + t * curve->u[k]
+                : curve->origin[k] + curve->radius * (cos(t) * curve->u[k] + sin(t) * curve->v[k]);
     for (int k = 0; k < 3 && curve->kind == TEST_QUARTIC; ++k)
         point[k] += height * curve->faces[0].axis[k];
 }
