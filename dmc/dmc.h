@@ -5,6 +5,7 @@
 #define QNI_DMC_DMC_H
 
 #include <qn/surface.h>
+#include "dmc/frame_hd.h"
 #include "mesh/mesh.h"
 #include "volume/field.h"
 
@@ -114,26 +115,20 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
 /* ---- the inner loops, built for several instruction sets and chosen at run time (kernel_*.c)
  * ----- */
 
-enum { QNI_LANES = 8, QNI_STENCIL = 32 };
+enum { QNI_LANES = 8 };
 
 /* Vertices of QNI_LANES single-polygon cells at once. */
 typedef struct qni_point_batch {
     const double *corner[QNI_LANES]; /* the cells' lowest corners in a tile */
     double cell[3][QNI_LANES];       /* lattice point of the cells' lowest corners */
     double stencil[QNI_STENCIL]
-                  [QNI_LANES];  /* out: values at and round the cells' corners, see kernel_body.h */
-    double local[3][QNI_LANES]; /* out: where the vertex is in its cell */
-    double distance[QNI_LANES]; /* out: 2 when no axis line met the surface */
+                  [QNI_LANES];    /* out: values at and round the cells' corners, see place_hd.h */
+    double local[3][QNI_LANES];   /* out: where the vertex is in its cell */
+    double distance[QNI_LANES];   /* out: 2 when no axis line met the surface */
     float position[3][QNI_LANES]; /* out: world */
     float normal[3][QNI_LANES];   /* out: unit length */
     int32_t apart[QNI_LANES]; /* out: no axis line met the surface, or no gradient: look again */
 } qni_point_batch;
-
-/* Lattice to world for points, and for gradients with the sign that turns them outward. */
-typedef struct qni_frame {
-    double world[3][4];
-    double normal[3][3];
-} qni_frame;
 
 /* Lattice to world of a field, and the determinant of its linear part. */
 void qni_frame_of_field(const qni_field *field, qni_frame *frame_out, double *determinant_out);

@@ -6,6 +6,7 @@
 #include "dmc/cell_hd.h"
 #include "dmc/extent.h"
 #include "dmc/link.h"
+#include "dmc/place_hd.h"
 #include "dmc/repair.h"
 #include "dmc/rim.h"
 #include "dmc/vertex_hd.h"
@@ -53,61 +54,18 @@ typedef struct emission {
 
 /* ---- vertices -------------------------------------------------------------------------------- */
 
-static const int corner_of_stencil[8] = {1, 2, 5, 6, 9, 10, 13, 14};
-
-/* Where central differences cancel, the trilinear gradient in the cell, or at last the way from its
- * upper to its lower corners, still says which way is out. */
-static void mend_normal(const double d[8], const double local[3], const qni_frame *frame,
-                        float normal[3]) {
-    double g[3], largest = 0;
-    for (int attempt = 0; attempt < 2 && largest == 0; ++attempt) {
-        for (int a = 0; a < 3; ++a) {
-            const int p = a == 0 ? 1 : 0, q = a == 2 ? 1 : 2;
-            double rise[4];
-            for (int n = 0; n < 4; ++n) {
-                const int c = ((n & 1) << p) | ((n >> 1) << q), e = c | (1 << a);
-                rise[n] = attempt == 0 ? d[e] - d[c] : (double)((d[e] >= 0) - (d[c] >= 0));
-            }
-            g[a] = attempt == 0
-                       ? qni_bilinear(rise[0], rise[1], rise[2], rise[3], local[p], local[q])
-                       : ((rise[0] + rise[1]) + (rise[2] + rise[3]));
-            largest = fmax(largest, fabs(g[a]));
-        }
-        if (!isfinite(largest))
-            largest = 0;
-    }
-    if (largest == 0) {
-        g[0] = g[1] = 0;
-        g[2] = largest = 1;
-    }
-    double n[3], squares = 0;
-    for (int r = 0; r < 3; ++r) {
-        n[r] = 0;
-        for (int a = 0; a < 3; ++a)
-            n[r] += frame->normal[r][a] * (g[a] / largest);
-        squares += n[r] * n[r];
-    }
-    for (int r = 0; r < 3; ++r)
-        normal[r] = (float)(n[r] / sqrt(squares));
-}
-
-static bool is_unit(const float normal[3]) {
-    float squares = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-    return squares > 0.99f && squares < 1.01f;
-}
-
 bool qni_store_vertex(qn_mesh *mesh, int64_t vertex, const float position[3], float normal[3],
                       const double stencil[QNI_STENCIL], const double local[3],
                       const qni_frame *frame) {
     memcpy(mesh->positions + 3 * vertex, position, 3 * sizeof(float));
     if (!mesh->normals)
         return true;
-    const bool good = is_unit(normal);
+    const bool good = qni_is_unit(normal);
     if (!good) {
         double d[8];
         for (int c = 0; c < 8; ++c)
-            d[c] = stencil[corner_of_stencil[c]];
-        mend_normal(d, local, frame, normal);
+            d[c] = stencil[qni_corner_of_stencil(c)];
+        qni_mend_normal(d, local, frame, normal);
     }
     memcpy(mesh->normals + 3 * vertex, normal, 3 * sizeof(float));
     return good;
@@ -125,7 +83,7 @@ static void emit_polygon(const emission *job, worker *w, const double stencil[QN
     double d[8];
     float position[3], normal[3];
     for (int c = 0; c < 8; ++c)
-        d[c] = stencil[corner_of_stencil[c]];
+        d[c] = stencil[qni_corner_of_stencil(c)];
     qni_point point = qni_point_of_polygon(d, edges, next_code);
     w->tally.slice_points += point.kind == QNI_POINT_SLICE;
     w->tally.degenerate_points += point.kind == QNI_POINT_DEGENERATE;
@@ -140,7 +98,7 @@ static void emit_lane_by_slices(const emission *job, worker *w, int lane,
     double d[8];
     int case_index = 0;
     for (int c = 0; c < 8; ++c) {
-        d[c] = stencil[corner_of_stencil[c]];
+        d[c] = stencil[qni_corner_of_stencil(c)];
         case_index |= (d[c] >= 0) << c;
     }
     const int entry = qni_cell_resolve(d, case_index).entry;

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* The inner loops of emission, included once for each instruction set (kernel_*.c) under another
- * name.
- *
- * Stencil order: 0-15 the four rows along x at (y, z) = (0,0) (1,0) (0,1) (1,1), each x = -1, 0, 1,
- * 2; 16-19 y = -1: (x, z) = (0,0) (1,0) (0,1) (1,1); 20-23 y = 2 likewise; 24-27 z = -1: (x, y) =
- * (0,0) (1,0) (0,1) (1,1); 28-31 z = 2 likewise. */
+ * name. The order of the stencil is that of place_hd.h. */
 #include "dmc/dmc.h"
-#include "dmc/vertex_hd.h"
+#include "dmc/place_hd.h"
 
 #include <math.h>
 
@@ -63,41 +59,6 @@ static inline void gather_all(qni_point_batch *batch) {
 }
 #endif
 
-typedef struct placed {
-    float px, py, pz, nx, ny, nz;
-} placed;
-
-/* World position of the local point (u, v, w) and the unit normal there. `s(n)` is stencil value n.
- */
-#define PLACE(s, cx, cy, cz, u, v, w, frame, result)                                               \
-    do {                                                                                           \
-        const double gx = qni_central_gradient(qni_bilinear(s(0), s(4), s(8), s(12), v, w),        \
-                                               qni_bilinear(s(1), s(5), s(9), s(13), v, w),        \
-                                               qni_bilinear(s(2), s(6), s(10), s(14), v, w),       \
-                                               qni_bilinear(s(3), s(7), s(11), s(15), v, w), u);   \
-        const double gy = qni_central_gradient(qni_bilinear(s(16), s(17), s(18), s(19), u, w),     \
-                                               qni_bilinear(s(1), s(2), s(9), s(10), u, w),        \
-                                               qni_bilinear(s(5), s(6), s(13), s(14), u, w),       \
-                                               qni_bilinear(s(20), s(21), s(22), s(23), u, w), v); \
-        const double gz = qni_central_gradient(qni_bilinear(s(24), s(25), s(26), s(27), u, v),     \
-                                               qni_bilinear(s(1), s(2), s(5), s(6), u, v),         \
-                                               qni_bilinear(s(9), s(10), s(13), s(14), u, v),      \
-                                               qni_bilinear(s(28), s(29), s(30), s(31), u, v), w); \
-        const double x = (cx) + (u), y = (cy) + (v), z = (cz) + (w);                               \
-        const double(*m)[4] = (frame)->world;                                                      \
-        const double(*q)[3] = (frame)->normal;                                                     \
-        (result).px = (float)((m[0][0] * x + m[0][1] * y) + (m[0][2] * z + m[0][3]));              \
-        (result).py = (float)((m[1][0] * x + m[1][1] * y) + (m[1][2] * z + m[1][3]));              \
-        (result).pz = (float)((m[2][0] * x + m[2][1] * y) + (m[2][2] * z + m[2][3]));              \
-        const double nx = (q[0][0] * gx + q[0][1] * gy) + q[0][2] * gz;                            \
-        const double ny = (q[1][0] * gx + q[1][1] * gy) + q[1][2] * gz;                            \
-        const double nz = (q[2][0] * gx + q[2][1] * gy) + q[2][2] * gz;                            \
-        const double scale = 1 / sqrt((nx * nx + ny * ny) + nz * nz);                              \
-        (result).nx = (float)(nx * scale);                                                         \
-        (result).ny = (float)(ny * scale);                                                         \
-        (result).nz = (float)(nz * scale);                                                         \
-    } while (0)
-
 void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame);
 
 void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame) {
@@ -114,9 +75,9 @@ void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame) {
     }
 #pragma omp simd
     for (int l = 0; l < QNI_LANES; ++l) {
-        placed result;
-        PLACE(S, batch->cell[0][l], batch->cell[1][l], batch->cell[2][l], batch->local[0][l],
-              batch->local[1][l], batch->local[2][l], frame, result);
+        qni_placed result;
+        QNI_PLACE(S, batch->cell[0][l], batch->cell[1][l], batch->cell[2][l], batch->local[0][l],
+                  batch->local[1][l], batch->local[2][l], frame, result);
         batch->position[0][l] = result.px;
         batch->position[1][l] = result.py;
         batch->position[2][l] = result.pz;

@@ -16,9 +16,9 @@ void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]) {
 
 void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], const double local[3],
                      const qni_frame *frame, float position[3], float normal[3]) {
-    placed result;
+    qni_placed result;
 #define S(n) stencil[n]
-    PLACE(S, cell[0], cell[1], cell[2], local[0], local[1], local[2], frame, result);
+    QNI_PLACE(S, cell[0], cell[1], cell[2], local[0], local[1], local[2], frame, result);
 #undef S
     position[0] = result.px;
     position[1] = result.py;

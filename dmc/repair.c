@@ -12,7 +12,7 @@
 
 /* ---- vertices -------------------------------------------------------------------------------- */
 
-/* The same order as in kernel_body.h. */
+/* The same order as in place_hd.h. */
 static void load_stencil(const qni_field *field, const int64_t cell[3],
                          double stencil[QNI_STENCIL]) {
     for (int n = 0; n < QNI_STENCIL; ++n) {

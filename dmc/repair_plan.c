@@ -2,7 +2,7 @@
 /* Finding doubled edges from the cells, and planning which quads are split, before any mesh exists.
  */
 #include "dmc/repair.h"
-#include "dmc/cell_hd.h"
+#include "dmc/doubled_hd.h"
 #include "dmc/rim.h"
 #include "dmc/ring_hd.h"
 #include "core/context.h"
@@ -11,59 +11,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int cell_case(const double d[8]) {
-    int bits = 0;
-    for (int c = 0; c < 8; ++c)
-        bits |= (d[c] >= 0) << c;
-    return bits;
-}
-
 static void load_cell(const qni_field *field, const int64_t at[3], double d[8]) {
     for (int c = 0; c < 8; ++c)
         d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
 }
 
-static bool one_polygon_has_face(int entry, int face) {
-    const int first = qni_entry_polygon_of_edge(entry, qni_face_edge(face, 0));
-    for (int n = 1; n < 4; ++n)
-        if (qni_entry_polygon_of_edge(entry, qni_face_edge(face, n)) != first)
-            return false;
-    return true;
-}
-
-static bool segment_has_quad(const qni_field *field, const qni_doubled_face *face, int segment) {
-    for (int n = 0; n < 2; ++n) {
-        const int edge = qni_face_edge(2 * face->axis, face->first_cut + 2 * segment + 3 + n);
-        int32_t point[3];
-        qni_edge_point(face->cell, edge, point);
-        if (qni_edge_is_inner(field, point, qni_edge_axis(edge)))
-            return true;
-    }
-    return false;
-}
-
 bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis, int entry,
                          qni_doubled_face *face) {
-    if (cell[axis] == 0 || !one_polygon_has_face(entry, 2 * axis))
+    if (cell[axis] == 0 || !qni_one_polygon_has_face(entry, 2 * axis))
         return false;
     int64_t below[3] = {cell[0], cell[1], cell[2]};
     double d[8];
     --below[axis];
     load_cell(field, below, d);
-    if (!one_polygon_has_face(qni_cell_resolve(d, cell_case(d)).entry, 2 * axis + 1))
+    if (!qni_one_polygon_has_face(qni_cell_resolve(d, qni_case_of_values(d)).entry, 2 * axis + 1))
         return false;
-    /* The face's corners seen from the lower cell are the same in the lattice's orientation. */
-    double v[4];
-    for (int n = 0; n < 4; ++n)
-        v[n] = d[qni_face_corner(2 * axis + 1, n)];
-    const int above = v[0] >= 0 ? 0 : 1;
-    const int joined = qni_face_joins_above(
-        qni_face_saddle_sign(v[above], v[above + 2], v[1 - above], v[3 - above]));
     for (int a = 0; a < 3; ++a)
         face->cell[a] = (int32_t)cell[a];
     face->axis = (uint8_t)axis;
-    face->first_cut = (uint8_t)(joined ? 1 - above : above);
-    return segment_has_quad(field, face, 0) && segment_has_quad(field, face, 1);
+    face->first_cut = (uint8_t)qni_face_first_cut(d, 2 * axis + 1);
+    return qni_doubled_has_quads(field->cells, face->cell, axis, face->first_cut);
 }
 
 /* ---- the plan -------------------------------------------------------------------------------- */
@@ -105,7 +72,7 @@ static int64_t mark_sides(const qni_dmc *dmc, mark *marks) {
     for (int64_t i = 0; i < dmc->repair->face_count; ++i) {
         const qni_doubled_face *face = dmc->repair->faces + i;
         for (int n = 0; n < 4; ++n) {
-            const int edge = qni_face_edge(2 * face->axis, face->first_cut + 3 + n);
+            const int edge = qni_doubled_edge(face->axis, face->first_cut, n);
             mark m = {.axis = (uint8_t)qni_edge_axis(edge), .value = 4 * i + 2 * (n / 2)};
             qni_edge_point(face->cell, edge, m.point);
             if (!qni_edge_is_inner(field, m.point, m.axis))

@@ -17,4 +17,12 @@
 #define QN_HD_INLINE static inline
 #endif
 
+/* What is rarely called and large: on the GPU a function of its own, so that it takes no registers
+ * from those who call it. */
+#if defined(__CUDACC__)
+#define QN_HD_APART QN_HD static __noinline__
+#else
+#define QN_HD_APART static inline
+#endif
+
 #endif

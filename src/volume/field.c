@@ -265,6 +265,14 @@ static qni_nonfinite_count count_slice(const qni_field *field, int64_t k) {
     return count;
 }
 
+void qni_field_set_nonfinite(qni_field *field, int64_t nan_count, int64_t infinite_count,
+                             double largest) {
+    field->nan_count = nan_count;
+    field->infinite_count = infinite_count;
+    field->nonfinite_distance = largest > 0 ? fmin(largest, largest_distance) : 1;
+    field->direct = false;
+}
+
 void qni_field_measure_nonfinite(qn_context *context, qni_field *field) {
     int64_t nan_count = 0, infinite_count = 0;
     const int64_t parts = field->sparse ? qni_sparse_field_part_count(field) : field->grid->size[2];
@@ -277,8 +285,5 @@ void qni_field_measure_nonfinite(qn_context *context, qni_field *field) {
         infinite_count += count.infinite_count;
         largest = largest > count.largest ? largest : count.largest;
     }
-    field->nan_count = nan_count;
-    field->infinite_count = infinite_count;
-    field->nonfinite_distance = largest > 0 ? fmin(largest, largest_distance) : 1;
-    field->direct = false;
+    qni_field_set_nonfinite(field, nan_count, infinite_count, largest);
 }

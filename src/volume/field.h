@@ -55,6 +55,9 @@ qn_status qni_field_init(const qn_volume *volume, double isovalue, bool inside_b
  * after a scan met one, and at once for fields that scans cannot look at in their stored form
  * (`!direct`). */
 void qni_field_measure_nonfinite(qn_context *context, qni_field *field);
+/* The same from counts made elsewhere; `largest` of |value - iso| over the finite samples. */
+void qni_field_set_nonfinite(qni_field *field, int64_t nan_count, int64_t infinite_count,
+                             double largest);
 
 /* Value of any lattice point. */
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+/* A field as kernels see it: the same rules as volume/field.h, over samples in the memory of the
+ * device. A slab of a volume holds a range of its planes; lattice points keep their numbers. */
+#ifndef QNI_GPU_FIELD_HD_H
+#define QNI_GPU_FIELD_HD_H
+
+#include "core/hd.h"
+
+#include <stdint.h>
+
+/* In the order of QN_SCALAR_MAP, which kernels cannot include. */
+#define QNI_GPU_SCALAR_MAP(X)                                                                      \
+    X(0, uint8_t)                                                                                  \
+    X(1, int8_t)                                                                                   \
+    X(2, uint16_t)                                                                                 \
+    X(3, int16_t)                                                                                  \
+    X(4, uint32_t)                                                                                 \
+    X(5, int32_t)                                                                                  \
+    X(6, float)                                                                                    \
+    X(7, double)
+
+typedef struct qni_gpu_field {
+    const void *samples;  /* plane `first_plane` comes first */
+    int64_t row, plane;   /* samples from one row or plane to the next */
+    int64_t first_plane;  /* of those that are there */
+    int64_t size[3];      /* samples of the whole volume */
+    int64_t points[3];    /* of the lattice, virtual layer included */
+    int32_t leaves[3];    /* of the lattice */
+    int32_t first_layer;  /* layers of leaves along z in this slab: numbered from here, */
+    int32_t layers;       /* so many; */
+    int32_t scalar;       /* of QNI_GPU_SCALAR_MAP */
+    int32_t border;       /* 1 closed, 0 open */
+    int32_t scaled;       /* slope and intercept change the samples */
+    int32_t inside_below; /* inside is value < 0 */
+    int32_t inverted;     /* stored form of value >= 0: (stored >= threshold) != inverted, */
+    int32_t constant;     /* or this where it is not -1 */
+    int64_t whole_threshold;
+    double real_threshold;
+    double isovalue, slope, intercept;
+    double nonfinite_distance; /* 0: no sample is known to be non-finite */
+} qni_gpu_field;
+
+QN_HD_INLINE int64_t qni_gpu_clamp(int64_t i, int64_t size) {
+    return i < 0 ? 0 : i >= size ? size - 1 : i;
+}
+
+QN_HD_INLINE int64_t qni_gpu_sample_at(const qni_gpu_field *field, int64_t i, int64_t j,
+                                       int64_t k) {
+    return i + j * field->row + (k - field->first_plane) * field->plane;
+}
+
+QN_HD_INLINE double qni_gpu_stored(const qni_gpu_field *field, int64_t at) {
+    switch (field->scalar) {
+#define QNI_GPU_STORED(number, type)                                                               \
+    case number:                                                                                   \
+        return (double)((const type *)field->samples)[at];
+        QNI_GPU_SCALAR_MAP(QNI_GPU_STORED)
+#undef QNI_GPU_STORED
+    }
+    return 0;
+}
+
+QN_HD_INLINE double qni_gpu_magnitude(double a) {
+    return a < 0 ? -a : a;
+}
+
+QN_HD_INLINE int qni_gpu_is_finite(double a) {
+    return a - a == 0;
+}
+
+/* Slope and intercept, two roundings. */
+QN_HD_INLINE double qni_gpu_scale(const qni_gpu_field *field, double stored) {
+    const double scaled = field->slope * stored;
+    return field->scaled ? scaled + field->intercept : stored;
+}
+
+/* From a sample's value to the field's, as settle() of volume/field.c. */
+QN_HD_INLINE double qni_gpu_settle(const qni_gpu_field *field, double value) {
+    const double largest_distance = 1e140;
+    const double d = value - field->isovalue;
+    if (qni_gpu_magnitude(d) <= largest_distance)
+        return d;
+    if (qni_gpu_is_finite(value))
+        return d > 0 ? largest_distance : -largest_distance;
+    const int above = value != value ? field->inside_below : value > 0;
+    return above ? field->nonfinite_distance : -field->nonfinite_distance;
+}
+
+/* The virtual layer mirrors the border's values at the iso-value to the outside. */
+QN_HD_INLINE double qni_gpu_outside_of(const qni_gpu_field *field, double d) {
+    const double least_outside = 1e-30, size = qni_gpu_magnitude(d);
+    const double distance = size > least_outside ? size : least_outside;
+    return field->inside_below ? distance : -distance;
+}
+
+/* Value of any lattice point. */
+QN_HD_INLINE double qni_gpu_value(const qni_gpu_field *field, int64_t x, int64_t y, int64_t z) {
+    const int64_t i = x - field->border, j = y - field->border, k = z - field->border;
+    const int64_t ci = qni_gpu_clamp(i, field->size[0]), cj = qni_gpu_clamp(j, field->size[1]),
+                  ck = qni_gpu_clamp(k, field->size[2]);
+    const double stored = qni_gpu_stored(field, qni_gpu_sample_at(field, ci, cj, ck));
+    const double d = qni_gpu_settle(field, qni_gpu_scale(field, stored));
+    return i == ci && j == cj && k == ck ? d : qni_gpu_outside_of(field, d);
+}
+
+QN_HD static inline void qni_gpu_load_cell(const qni_gpu_field *field, const int64_t cell[3],
+                                           double d[8]) {
+    for (int c = 0; c < 8; ++c)
+        d[c] = qni_gpu_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
+}
+
+/* The same up to one point beyond the lattice's ends, extrapolated along the axis where the point
+ * is beyond. Where it is beyond along two, no vertex asks: 0. */
+QN_HD static inline double qni_gpu_extended_value(const qni_gpu_field *field,
+                                                  const int64_t point[3]) {
+    int64_t end[3], before_end[3];
+    int beyond = 0;
+    for (int a = 0; a < 3; ++a) {
+        end[a] = qni_gpu_clamp(point[a], field->points[a]);
+        before_end[a] = 2 * end[a] - point[a];
+        if (end[a] - point[a] > 1 || point[a] - end[a] > 1)
+            beyond = 2;
+        beyond += end[a] != point[a];
+    }
+    if (beyond > 1)
+        return 0;
+    const double d = qni_gpu_value(field, end[0], end[1], end[2]);
+    return beyond ? 2 * d - qni_gpu_value(field, before_end[0], before_end[1], before_end[2]) : d;
+}
+
+/* The sign of a stored number, by its type's own threshold; `odd` when it is not finite. */
+#define QNI_GPU_SIGN_OF(number, type)                                                              \
+    QN_HD_INLINE int qni_gpu_sign_of_##number(const qni_gpu_field *field, int64_t at, int *odd) {  \
+        const type stored = ((const type *)field->samples)[at];                                    \
+        const type limit =                                                                         \
+            (number) >= 6 ? (type)field->real_threshold : (type)field->whole_threshold;            \
+        *odd |= (number) >= 6 && !(stored - stored == 0);                                          \
+        return field->constant >= 0 ? field->constant : (stored >= limit) != field->inverted;      \
+    }
+QNI_GPU_SCALAR_MAP(QNI_GPU_SIGN_OF)
+#undef QNI_GPU_SIGN_OF
+
+#endif

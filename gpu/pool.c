@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+/* Device memory that stays from call to call. */
+#include "gpu/device.h"
+
+qn_status qni_gpu_reserve(qni_gpu_pool *pool, qni_gpu_buffer buffer, int64_t bytes, void **out,
+                          qn_error *error) {
+    *out = NULL;
+    if (bytes > pool->bytes[buffer]) {
+        if (pool->memory[buffer])
+            pool->device->free(pool->device, pool->memory[buffer]);
+        pool->memory[buffer] = NULL;
+        pool->bytes[buffer] = 0;
+        const qn_status status =
+            pool->device->alloc(pool->device, bytes, &pool->memory[buffer], error);
+        if (status != QN_OK)
+            return status;
+        pool->bytes[buffer] = bytes;
+    }
+    pool->used[buffer] = bytes;
+    *out = pool->memory[buffer];
+    return QN_OK;
+}
+
+void qni_gpu_pool_free(qni_gpu_pool *pool) {
+    for (int n = 0; n < QNI_GPU_BUFFER_COUNT; ++n) {
+        if (pool->memory[n])
+            pool->device->free(pool->device, pool->memory[n]);
+        pool->memory[n] = NULL;
+        pool->bytes[n] = pool->used[n] = 0;
+    }
+}

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+/* The kernels of gpu/, run on the processor with blocks and threads in shuffled order, give the
+ * bytes of the CPU path: vertices, normals, quads, halfedges, repair, and the report's counts. */
+#include "gpu/driver.h"
+#include "lib/random_volume.h"
+#include "parity/cpu_device.h"
+
+#include <math.h>
+
+/* ---- volumes of every type ------------------------------------------------------------------- */
+
+static const qn_scalar scalars[] = {QN_F32, QN_U8, QN_U16, QN_I16, QN_F64, QN_I8, QN_U32, QN_I32};
+
+static double range_of(qn_scalar scalar, bool high) {
+    switch (scalar) {
+    case QN_U8:
+        return high ? UINT8_MAX : 0;
+    case QN_I8:
+        return high ? INT8_MAX : INT8_MIN;
+    case QN_U16:
+        return high ? UINT16_MAX : 0;
+    case QN_I16:
+        return high ? INT16_MAX : INT16_MIN;
+    case QN_U32:
+        return high ? UINT32_MAX : 0;
+    default:
+        return high ? INT32_MAX : INT32_MIN;
+    }
+}
+
+typedef struct sampled {
+    qn_grid grid;
+    void *samples;
+    double iso;
+} sampled;
+
+/* The field's samples in another type: integers on a scale of their own, clamped. */
+static sampled sample(const test_field *field, qn_scalar scalar, test_random *random) {
+    sampled s = {.iso = field->iso};
+    const int64_t count = field->size[0] * field->size[1] * field->size[2];
+    const bool whole = scalar != QN_F32 && scalar != QN_F64;
+    const double middle = whole ? floor((range_of(scalar, false) + range_of(scalar, true)) / 2) : 0;
+    const double scale = whole ? (double)test_random_range(random, 1, 40) : 1;
+    s.samples = test_alloc((size_t)count, qn_scalar_size(scalar));
+    for (int64_t n = 0; n < count; ++n) {
+        double value = field->values[n];
+        if (whole) {
+            value = round((value - field->iso) * scale + middle);
+            value = isnan(value) ? middle : value;
+            value = fmin(fmax(value, range_of(scalar, false)), range_of(scalar, true));
+        }
+        switch (scalar) {
+#define STORE(name, type, text)                                                                    \
+    case QN_##name:                                                                                \
+        ((type *)s.samples)[n] = (type)value;                                                      \
+        break;
+            QN_SCALAR_MAP(STORE)
+#undef STORE
+        case QN_SCALAR_COUNT:
+            break;
+        }
+    }
+    if (whole)
+        s.iso = middle + (test_random_range(random, 0, 1) ? 0.5 : 0.0);
+    s.grid.samples = s.samples;
+    s.grid.scalar = scalar;
+    memcpy(s.grid.size, field->size, sizeof s.grid.size);
+    memcpy(s.grid.index_to_world, field->matrix, sizeof s.grid.index_to_world);
+    return s;
+}
+
+/* ---- both ways ------------------------------------------------------------------------------- */
+
+static void expect_equal(const char *name, const char *what, const void *found,
+                         const void *expected, int64_t count, size_t size) {
+    for (int64_t n = 0; n < count; ++n)
+        if (memcmp((const char *)found + n * (int64_t)size,
+                   (const char *)expected + n * (int64_t)size, size) != 0) {
+            const uint32_t *f = (const void *)((const char *)found + n * (int64_t)size);
+            const uint32_t *e = (const void *)((const char *)expected + n * (int64_t)size);
+            fail_msg("%s: %s %lld of %lld is other than on the CPU: %08x %08x, not %08x %08x", name,
+                     what, (long long)n, (long long)count, f[0], f[size > 4], e[0], e[size > 4]);
+        }
+}
+
+static void expect_number(const char *name, const char *what, int64_t found, int64_t expected) {
+    if (found != expected)
+        fail_msg("%s: %s %lld, on the CPU %lld", name, what, (long long)found, (long long)expected);
+}
+
+static void expect_report(const char *name, const qn_surface_report *found,
+                          const qn_surface_report *expected) {
+#define EXPECT(field) expect_number(name, #field, found->field, expected->field)
+    EXPECT(cells);
+    EXPECT(active_leaves);
+    EXPECT(active_cells);
+    EXPECT(ambiguous_faces);
+    EXPECT(multiple_cells);
+    EXPECT(tied_faces);
+    EXPECT(vertices);
+    EXPECT(quads);
+    EXPECT(doubled_edges);
+    EXPECT(repaired_edges);
+    EXPECT(slice_points);
+    EXPECT(degenerate_points);
+    EXPECT(fallback_points);
+    EXPECT(zero_gradients);
+    EXPECT(nan_samples);
+    EXPECT(infinite_samples);
+    EXPECT(output_bytes);
+#undef EXPECT
+}
+
+static void expect_mesh(const char *name, const qni_gpu_job *job, const qn_mesh *mesh) {
+    const qn_mesh_view view = qn_mesh_get_view(mesh);
+    const qni_gpu_args *a = &job->args;
+    expect_number(name, "vertices", job->vertex_count, view.vertex_count);
+    expect_number(name, "quads", job->quad_count, view.quad_count);
+    expect_equal(name, "position", a->positions, view.positions, view.vertex_count, 12);
+    if (view.normals)
+        expect_equal(name, "normal", a->normals, view.normals, view.vertex_count, 12);
+    expect_equal(name, "quad", a->quads, view.quads, view.quad_count, 16);
+}
+
+static qn_mesh *cpu_surface(qn_context *context, const qn_volume *volume,
+                            const qn_surface_options *options, qn_surface_report *report) {
+    qn_mesh *mesh;
+    qn_error error;
+    if (qn_surface(context, volume, options, &mesh, report, &error) != QN_OK)
+        fail_msg("%s", error.message);
+    return mesh;
+}
+
+/* What all volumes together had: a test on nothing would pass. */
+static struct { int64_t vertices, quads, doubled, nonfinite; } met;
+
+static void compare(const char *name, const sampled *s, const qn_surface_options *options,
+                    uint64_t shuffle) {
+    qn_context *context = test_context(1);
+    qn_volume *volume;
+    qn_error error;
+    qn_surface_report expected, found;
+    qni_field field;
+    memset(&found, 0, sizeof found);
+    assert_int_equal(qn_volume_create(context, &s->grid, NULL, NULL, &volume, &error), QN_OK);
+    qn_mesh *mesh = cpu_surface(context, volume, options, &expected);
+    assert_int_equal(qni_field_init(volume, s->iso, options->inside == QN_INSIDE_BELOW,
+                                    options->open, &field, &error),
+                     QN_OK);
+    test_cpu_device cpu;
+    test_cpu_device_init(&cpu, shuffle);
+    qni_gpu_pool pool = {.device = &cpu.device};
+    qni_gpu_job job;
+    qni_gpu_job_init(&job, &pool, &field, s->samples, s->grid.size[0],
+                     s->grid.size[0] * s->grid.size[1]);
+    job.with_normals = !options->skip_normals;
+    job.with_halfedges = options->halfedges;
+    job.with_repair = !options->keep_doubled;
+    if (qni_gpu_count_surface(&job, &error) != QN_OK ||
+        qni_gpu_emit_surface(&job, &error) != QN_OK ||
+        qni_gpu_finish_surface(&job, &error) != QN_OK)
+        fail_msg("%s: %s", name, error.message);
+    qni_gpu_fill_report(&job, &found);
+    if (field.leaves[0] * field.leaves[1] * field.leaves[2] > 0)
+        expect_report(name, &found, &expected);
+    expect_mesh(name, &job, mesh);
+    met.vertices += job.vertex_count;
+    met.quads += job.quad_count;
+    met.doubled += job.doubled_count;
+    met.nonfinite += job.field.nan_count + job.field.infinite_count;
+    qni_gpu_pool_free(&pool);
+    assert_int_equal(cpu.bytes, 0);
+    qn_mesh_destroy(mesh);
+    qn_volume_destroy(volume);
+    test_context_end(context);
+}
+
+static void bytes_are_those_of_the_cpu(void **state) {
+    (void)state;
+    const uint64_t seed = test_seed();
+    const int64_t count = test_count(60, 500);
+    for (int64_t i = 0; i < count; ++i) {
+        test_random random = {seed + (uint64_t)i};
+        test_field field = test_random_field(&random, (test_kind)(i % TEST_KIND_COUNT), 28);
+        const qn_scalar scalar = scalars[i / TEST_KIND_COUNT % 8];
+        sampled s = sample(&field, scalar, &random);
+        qn_surface_options options = test_field_options(&field);
+        char name[128];
+        options.isovalues = &s.iso;
+        options.keep_doubled = true;
+        options.skip_normals = i % 9 == 8;
+        snprintf(name, sizeof name, "volume %lld (%s, %s)", (long long)i, field.name,
+                 qn_scalar_name(scalar));
+        compare(name, &s, &options, random.state);
+        free(s.samples);
+        test_field_free(&field);
+    }
+    printf("%lld volumes, %lld vertices, %lld quads, %lld doubled edges, %lld non-finite samples: "
+           "the same bytes\n",
+           (long long)count, (long long)met.vertices, (long long)met.quads, (long long)met.doubled,
+           (long long)met.nonfinite);
+    assert_true(met.vertices > 10000 && met.quads > 10000 && met.doubled > 100);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bytes_are_those_of_the_cpu),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
