@@ -403,7 +403,7 @@ static qn_status surface_of_crossings(qni_hermite *hermite, const qni_cms_settin
                         "more than 2^30 crossings: take a smaller depth");
     const qn_solid *whole = hermite->solid;
     qn_solid *cut = NULL;
-    if (!options->open)
+    if (!options->open && !settings->scalar) /* volumes close by themselves */
         QN_TRY(cut_at_bounds(hermite, &cut, error));
     hermite->solid = cut ? cut : whole;
     const qn_status status =
@@ -413,24 +413,42 @@ static qn_status surface_of_crossings(qni_hermite *hermite, const qni_cms_settin
     return status;
 }
 
-qn_status qni_cms_surface(qn_context *context, const qn_solid *solid,
-                          const qn_solid_surface_options *options, qn_mesh **mesh_out,
-                          qn_solid_surface_report *report, qn_error *error) {
-    const double start = qni_seconds(), pi = 3.14159265358979323846;
-    const int64_t held = qn_context_memory(context).current_bytes;
-    const qni_box bounds = bounds_of(solid, options);
-    qni_lattice lattice;
-    qni_hermite hermite;
-    QN_TRY(qni_lattice_init(&lattice, &bounds, options->depth ? options->depth : 7,
-                            options->base ? options->base : 8, error));
-    QN_TRY(qni_hermite_create(context, solid, &lattice, &hermite, error));
-    report->seconds_sampling = qni_seconds() - start;
+static qn_status lay_lattice(const qni_cms_job *job, const qn_solid_surface_options *options,
+                             qni_lattice *lattice, qn_error *error) {
+    const int32_t base = options->base ? options->base : 8;
+    if (job->samples)
+        return qni_lattice_of_samples(lattice, job->solid, base, options->open, error);
+    const qni_box bounds = bounds_of(job->solid, options);
+    return qni_lattice_init(lattice, &bounds, options->depth ? options->depth : 7, base, error);
+}
+
+static qni_cms_settings settings_of(const qni_cms_job *job, const qni_lattice *lattice,
+                                    const qn_solid_surface_options *options) {
+    const double pi = 3.14159265358979323846;
+    const double crease = cos((options->crease > 0 ? options->crease : 30) * pi / 180);
     const qni_cms_settings settings = {
-        .crease_cosine = cos((options->crease > 0 ? options->crease : 30) * pi / 180),
-        .tolerance = options->tolerance > 0 ? options->tolerance : lattice.cell / 20,
+        .crease_cosine = job->creases ? crease : -2,
+        .facing_cosine = job->samples ? 0.5 : crease,
+        .tolerance = options->tolerance > 0 ? options->tolerance : lattice->cell / 20,
         .features = !options->no_features,
         .open = options->open,
+        .scalar = job->samples,
+        .join_ties = job->join_ties,
     };
+    return settings;
+}
+
+qn_status qni_cms_surface(qn_context *context, const qni_cms_job *job,
+                          const qn_solid_surface_options *options, qn_mesh **mesh_out,
+                          qn_solid_surface_report *report, qn_error *error) {
+    const double start = qni_seconds();
+    const int64_t held = qn_context_memory(context).current_bytes;
+    qni_lattice lattice;
+    qni_hermite hermite;
+    QN_TRY(lay_lattice(job, options, &lattice, error));
+    QN_TRY(qni_hermite_create(context, job->solid, &lattice, &hermite, error));
+    report->seconds_sampling = qni_seconds() - start;
+    const qni_cms_settings settings = settings_of(job, &lattice, options);
     const qn_status status =
         surface_of_crossings(&hermite, &settings, options, mesh_out, report, error);
     qni_hermite_destroy(&hermite);

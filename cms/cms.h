@@ -25,10 +25,21 @@ enum { QNI_REF_SHIFT = 30 };
 #define QNI_REF_KIND(ref)   ((ref) & (UINT32_C(3) << QNI_REF_SHIFT))
 
 typedef struct qni_cms_settings {
-    double crease_cosine;
-    double tolerance; /* world units */
+    double crease_cosine; /* below -1: no creases */
+    double facing_cosine; /* a triangle explains samples whose normals differ by no more */
+    double tolerance;     /* world units */
     bool features, open;
+    bool scalar;    /* the surface of a trilinear f: ambiguities are settled by its values alone */
+    bool join_ties; /* where a face's saddle lies on the surface its inside corners are joined */
 } qni_cms_settings;
+
+/* What to make the surface of. */
+typedef struct qni_cms_job {
+    const qn_solid *solid;
+    bool samples;   /* it is made of samples: their lattice, in their frame */
+    bool join_ties; /* see above */
+    bool creases;   /* the solid has sharp edges */
+} qni_cms_job;
 
 /* Counters; sums over faces and cells. */
 typedef struct qni_cms_tally {
@@ -124,6 +135,7 @@ typedef struct qni_patch {
     qni_cell restricted_to;
     qni_cell cell;
     float low[3], high[3];
+    float clear_low[3], clear_high[3]; /* inner points keep within */
     double size;
     bool failed; /* memory */
     qni_directed *pieces;
@@ -200,7 +212,7 @@ bool qni_cell_is_explained(void *user, const qni_cell *cell);
 bool qni_solve_planes(double *rows, double *heights, int32_t count, int32_t rank,
                       double solution[3]);
 
-qn_status qni_cms_surface(qn_context *context, const qn_solid *solid,
+qn_status qni_cms_surface(qn_context *context, const qni_cms_job *job,
                           const qn_solid_surface_options *options, qn_mesh **mesh_out,
                           qn_solid_surface_report *report, qn_error *error);
 

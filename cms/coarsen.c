@@ -173,7 +173,7 @@ static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {
 
 static bool samples_are_explained(const qni_patch *patch) {
     double normals[64][3];
-    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->crease_cosine};
+    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
     if (patch->triangle_count > 64)
         return false;
     for (int64_t t = 0; t < patch->triangle_count; ++t)

@@ -75,6 +75,11 @@ void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
         patch->high[k] =
             (float)qni_lattice_at(&patch->hermite->lattice, k, cell->low[k] + (1 << cell->level));
     }
+    for (int k = 0; k < 3; ++k) {
+        const double room = patch->hermite->lattice.clearance;
+        patch->clear_low[k] = (float)((double)patch->low[k] + room);
+        patch->clear_high[k] = (float)((double)patch->high[k] - room);
+    }
     patch->size = patch->hermite->lattice.cell * (1 << cell->level);
     patch->piece_count = patch->vertex_count = patch->loop_count = patch->triangle_count =
         patch->inner_count = 0;

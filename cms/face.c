@@ -172,7 +172,9 @@ static void solve_ambiguous(qni_face_job *job, qni_face_solution *solution) {
     }
     const double size = job->high[0] - job->low[0], slack = 1e-9 * size;
     int way;
-    if (clean[0] != clean[1])
+    if (job->settings->scalar && job->face->level == 0)
+        way = qni_outside_is_joined(job) ? 0 : 1;
+    else if (clean[0] != clean[1])
         way = clean[0] ? 0 : 1;
     else if (2 * cost[0] + slack < cost[1])
         way = 0;
@@ -212,8 +214,8 @@ void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
         const int axis = k ? job.q : job.p;
         job.low[k] = qni_lattice_at(&hermite->lattice, axis, face->low[axis]);
         job.high[k] = qni_lattice_at(&hermite->lattice, axis, face->low[axis] + (1 << face->level));
-        job.low_float[k] = (float)job.low[k];
-        job.high_float[k] = (float)job.high[k];
+        job.low_float[k] = (float)(job.low[k] + hermite->lattice.clearance);
+        job.high_float[k] = (float)(job.high[k] - hermite->lattice.clearance);
     }
     job.height = qni_lattice_at(&hermite->lattice, face->axis, face->low[face->axis]);
     job.size = job.high[0] - job.low[0];

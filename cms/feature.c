@@ -99,7 +99,7 @@ static bool is_inside(const qni_patch *patch, const double point[3]) {
 
 static void set_apex(const qni_patch *patch, qni_loop *loop, const double point[3]) {
     for (int k = 0; k < 3; ++k)
-        loop->apex[k] = qni_between(point[k], patch->low[k], patch->high[k]);
+        loop->apex[k] = qni_between(point[k], patch->clear_low[k], patch->clear_high[k]);
     loop->has_apex = true;
 }
 

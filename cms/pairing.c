@@ -58,9 +58,9 @@ bool qni_outside_is_joined(const qni_face_job *job) {
     if ((value[2] < 0) != first_inside || (value[1] < 0) == first_inside ||
         (value[3] < 0) == first_inside)
         return true;
-    return qni_face_joins_above(first_inside
-                                    ? qni_face_saddle_sign(value[1], value[3], value[0], value[2])
-                                    : qni_face_saddle_sign(value[0], value[2], value[1], value[3]));
+    const int sign = first_inside ? qni_face_saddle_sign(value[1], value[3], value[0], value[2])
+                                  : qni_face_saddle_sign(value[0], value[2], value[1], value[3]);
+    return job->settings->join_ties ? sign > 0 : qni_face_joins_above(sign);
 }
 
 typedef struct pairing_job {

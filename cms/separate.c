@@ -65,7 +65,7 @@ static void apex_to_mean(const qni_patch *patch, qni_loop *loop) {
         for (int k = 0; k < 3; ++k)
             mean[k] += (double)patch->vertices[loop->first + n].place[k] / loop->count;
     for (int k = 0; k < 3; ++k)
-        loop->apex[k] = qni_between(mean[k], patch->low[k], patch->high[k]);
+        loop->apex[k] = qni_between(mean[k], patch->clear_low[k], patch->clear_high[k]);
 }
 
 /* Own vertices only where that works, or fans from the loops' means. */

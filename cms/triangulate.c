@@ -108,7 +108,7 @@ static int plane_of(const flat_job *job, int i, int j, int k, const double norma
         const double *tangent = job->v[job->planes[m]].normal;
         const double along =
             tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2];
-        if (height < best && along >= job->patch->settings->crease_cosine * area) {
+        if (height < best && along >= job->patch->settings->facing_cosine * area) {
             best = height;
             plane = job->planes[m];
         }

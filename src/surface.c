@@ -4,6 +4,8 @@
 #include "cms/cms.h"
 #include "core/status.h"
 #include "dmc/dmc.h"
+#include "mesh/mesh.h"
+#include "solid/sampled.h"
 #include "qni_config.h"
 
 #include <math.h>
@@ -106,8 +108,71 @@ qn_status qn_solid_surface(qn_context *context, const qn_solid *solid,
                         "with -Dlapacke=enabled");
     qn_solid_surface_report report;
     memset(&report, 0, sizeof report);
-    QN_TRY(qni_cms_surface(context, solid, options, mesh_out, &report, error));
+    const qni_cms_job job = {.solid = solid, .creases = true};
+    QN_TRY(qni_cms_surface(context, &job, options, mesh_out, &report, error));
     if (report_out)
         *report_out = report;
     return QN_OK;
+}
+
+/* ---- volumes by the same surfacer -------------------------------------------------------------
+ */
+
+static qn_status check_volume_options(const qn_solid_surface_options *options, qn_error *error) {
+    QN_TRY(check_solid_options(options, error));
+    if (options->depth)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "depth %d: the finest cells of a volume are those between its samples; "
+                        "leave depth out",
+                        options->depth);
+    if (options->has_box)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "a box cannot be cut out of a volume on its own lattice; make a solid of "
+                        "it and intersect that with a box");
+    return QN_OK;
+}
+
+static qn_status surface_of_samples(qn_context *context, const qn_solid *solid, qn_inside inside,
+                                    const qn_solid_surface_options *options, qn_mesh **mesh_out,
+                                    qn_solid_surface_report *report, qn_error *error) {
+    const qni_cms_job job = {.solid = solid,
+                             .samples = true,
+                             .join_ties = inside == QN_INSIDE_ABOVE,
+                             .creases = options->creases == QN_CREASES_ON};
+    QN_TRY(qni_cms_surface(context, &job, options, mesh_out, report, error));
+    const qni_sample_frame *frame = qni_sampled_frame(solid);
+    qni_mesh_move(*mesh_out, (const double(*)[4])frame->to_world, frame->turned);
+    report->rounded = !frame->exact;
+    return QN_OK;
+}
+
+qn_status qn_surface_adaptive(qn_context *context, const qn_volume *volume, double isovalue,
+                              qn_inside inside, const qn_solid_surface_options *options,
+                              qn_mesh **mesh_out, qn_solid_surface_report *report_out,
+                              qn_error *error) {
+    qn_solid_surface_options defaults;
+    qn_solid_surface_options_init(&defaults);
+    options = options ? options : &defaults;
+    *mesh_out = NULL;
+    QN_TRY(check_volume_options(options, error));
+    if (!QNI_HAVE_LAPACKE)
+        return qni_fail(error, QN_ERROR_UNSUPPORTED,
+                        "this build has no Cubical Marching Squares: install liblapacke-dev and "
+                        "build with -Dlapacke=enabled");
+    const qni_sampled_settings settings = {isovalue, inside == QN_INSIDE_BELOW, 0, false};
+    qn_solid *solid;
+    QN_TRY(qni_sampled_create(context, volume, &settings, &solid, error));
+    qn_solid_surface_report report;
+    memset(&report, 0, sizeof report);
+    const qn_status status =
+        surface_of_samples(context, solid, inside, options, mesh_out, &report, error);
+    qn_solid_destroy(solid);
+    if (status == QN_OK) {
+        const qn_grid *grid = qn_volume_grid(volume);
+        memcpy((*mesh_out)->space, grid->space, sizeof grid->space);
+        memcpy((*mesh_out)->unit, grid->unit, sizeof grid->unit);
+    }
+    if (status == QN_OK && report_out)
+        *report_out = report;
+    return status;
 }

@@ -102,6 +102,12 @@ void mesh_job_tell_result(const mesh_job *job, int32_t i) {
     const qn_surface_report *s = &job->surfaces[i];
     char iso[NUMBER_TEXT_SIZE], counts[160], size[NUMBER_TEXT_SIZE];
     int64_t bytes = job->results[i].bytes;
+    if (job->adaptive) {
+        mesh_cms_tell(job, i);
+        if (job->results[i].checked)
+            tell_check(job, i);
+        return;
+    }
     tell_samples(job, i);
     format_counts(job->session->options, s, counts, sizeof counts);
     cli_tell(job->session, "%s: iso %s: %s%s%s, %.2f s (%.1f million voxels/s)",
@@ -118,6 +124,9 @@ void mesh_job_tell_result(const mesh_job *job, int32_t i) {
 static int64_t estimate_file(const mesh_job *job, int32_t i) {
     const cli_options *options = job->session->options;
     const qn_surface_report *s = &job->surfaces[i];
+    if (job->adaptive)
+        return output_estimate_bytes(options, job->adaptive[i].vertices, 0,
+                                     job->adaptive[i].triangles);
     return output_estimate_bytes(options, s->vertices, options->triangles ? 0 : s->quads,
                                  options->triangles ? 2 * s->quads : 0);
 }
@@ -125,6 +134,10 @@ static int64_t estimate_file(const mesh_job *job, int32_t i) {
 void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
     const qn_surface_report *s = &job->surfaces[i];
     const char *path = job->results[i].path;
+    if (job->adaptive) {
+        mesh_cms_tell(job, i);
+        return;
+    }
     char iso[NUMBER_TEXT_SIZE], counts[160], mesh[NUMBER_TEXT_SIZE];
     char scratch[NUMBER_TEXT_SIZE], file[NUMBER_TEXT_SIZE];
     tell_samples(job, i);
@@ -141,19 +154,19 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 
 static json_t *report_options(const mesh_job *job) {
     const cli_options *options = job->session->options;
-    return json_pack("{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
-                     "s:s, s:i, s:b}",
-                     "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
-                     options->isovalue_count > 0 ? "given" : "auto", "inside",
-                     job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
-                     options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open,
-                     "manifold", !options->keep_doubled, "topology",
-                     options->exact_topology ? "exact" : "discs", "simplify", options->simplify,
-                     "simplify_passes", (int)options->simplify_passes, "reproject",
-                     !options->no_reproject, "relax", (int)options->relax, "faces",
-                     options->triangles ? "triangles" : "quads", "normals", !options->skip_normals,
-                     "ascii", options->ascii, "mode", "dmc", "device", "cpu", "threads",
-                     (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
+    return json_pack(
+        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
+        "s:s, s:i, s:b}",
+        "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
+        options->isovalue_count > 0 ? "given" : "auto", "inside",
+        job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
+        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold",
+        !options->keep_doubled, "topology", options->exact_topology ? "exact" : "discs", "simplify",
+        options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
+        !options->no_reproject, "relax", (int)options->relax, "faces",
+        options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
+        options->ascii, "mode", options->cms ? "cms" : "dmc", "device", "cpu", "threads",
+        (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
 }
 
 static json_t *report_output(const mesh_job *job, int32_t i) {
@@ -173,7 +186,11 @@ static json_t *report_output(const mesh_job *job, int32_t i) {
 
 static json_t *report_result(const mesh_job *job, int32_t i) {
     const mesh_result *result = &job->results[i];
-    json_t *object = report_surface(&job->surfaces[i]), *failed = json_array();
+    json_t *object =
+        job->adaptive ? report_solid_surface(&job->adaptive[i]) : report_surface(&job->surfaces[i]);
+    json_t *failed = json_array();
+    if (job->adaptive)
+        json_object_set_new(object, "isovalue", report_real(job->isovalues[i]));
     for (uint32_t fault = 1; fault < FAULT_ALL; fault <<= 1)
         if (result->failed & fault)
             json_array_append_new(failed, json_string(verdict_name(fault)));

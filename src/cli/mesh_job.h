@@ -25,6 +25,7 @@ typedef struct mesh_job {
     double *isovalues;
     qn_mesh **meshes;
     qn_surface_report *surfaces;
+    qn_solid_surface_report *adaptive; /* of --mode cms, else NULL */
     mesh_result *results;
     double seconds_read, seconds_statistics, seconds_surface;
 } mesh_job;
@@ -35,5 +36,11 @@ void mesh_job_tell_result(const mesh_job *job, int32_t i);
 void mesh_job_tell_plan(const mesh_job *job, int32_t i);
 /* Returns 0 or an exit code after having said what is wrong. */
 int mesh_job_write_report(const mesh_job *job, int exit_code);
+
+/* --mode cms (mesh_cms.c). The first two return 0 or an exit code after having said what is wrong.
+ */
+int mesh_cms_check_options(const cli_options *options);
+int mesh_cms_extract(mesh_job *job);
+void mesh_cms_tell(const mesh_job *job, int32_t i);
 
 #endif

@@ -149,15 +149,15 @@ const cli_option_row cli_option_rows[] = {
      "leave the vertices made by --simplify between the two they replace instead of putting them back onto the surface"},
     {OPTION_RELAX, 0, "relax", "N", MESH, NULL,
      "N sweeps that slide the vertices along the surface towards squarer quads (0); 3 to 5 do most of it"},
-    {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer; dmc (dual marching cubes) is built in"},
+    {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer: dmc, dual marching cubes (the default), or cms, adaptive cubical marching squares: triangles, few where it is flat"},
 
-    {OPTION_DEPTH, 0, "depth", "D", CSG, "Surface of a solid", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
-    {OPTION_BASE, 0, "base", "N", CSG, NULL, "coarsest cells along the longest axis, a power of two (8)"},
-    {OPTION_TOLERANCE, 0, "tol", "LENGTH", CSG | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
-    {OPTION_CREASE, 0, "crease", "DEGREES", CSG, NULL, "normals that differ by more make a sharp edge (30)"},
+    {OPTION_DEPTH, 0, "depth", "D", CSG, "Surface of a solid (csg, mesh --mode cms)", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
+    {OPTION_BASE, 0, "base", "N", MESH | CSG, NULL, "coarsest cells along the longest axis, a power of two (8)"},
+    {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
+    {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG, NULL, "normals that differ by more make a sharp edge (30)"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
-    {OPTION_NO_FEATURES, 0, "no-features", NULL, CSG, NULL, "plain marching cubes: no sharp edges"},
-    {OPTION_UNIFORM, 0, "uniform", NULL, CSG, NULL, "finest cells only"},
+    {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG, NULL, "plain marching cubes: no sharp edges"},
+    {OPTION_UNIFORM, 0, "uniform", NULL, MESH | CSG, NULL, "finest cells only"},
     {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
@@ -350,10 +350,7 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         options->progress = (cli_progress_choice)index;
         break;
     case OPTION_MODE:
-        if (index == 1) {
-            cli_say("--mode cms is not built in yet: take --mode dmc");
-            return CLI_UNSUPPORTED;
-        }
+        options->cms = index == 1;
         break;
     case OPTION_DEVICE:
         if (index == 2) {

@@ -55,6 +55,7 @@ typedef struct cli_options {
     bool triangles;
     bool open, closed_given, keep_doubled, exact_topology;
     cli_inside_choice inside;
+    bool cms; /* --mode cms */
     bool simplify, no_reproject;
     int32_t simplify_passes, relax;
     bool ascii, skip_normals;

@@ -16,6 +16,7 @@ json_t *report_path(const char *path); /* what is not UTF-8 becomes "?" */
 json_t *report_volume(const char *path, const qn_volume *volume);
 json_t *report_statistics(const qn_volume_statistics *statistics);
 json_t *report_surface(const qn_surface_report *surface);
+json_t *report_solid_surface(const qn_solid_surface_report *surface);
 json_t *report_mesh_check(const qn_mesh_report *check);
 json_t *report_memory(const cli_session *session);
 

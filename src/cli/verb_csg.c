@@ -74,63 +74,13 @@ static int check_mesh(csg_job *job) {
     return exit_code;
 }
 
-static void set_integers(json_t *object, const qn_solid_surface_report *s) {
-    const struct {
-        const char *key;
-        int64_t value;
-    } rows[] = {
-        {"blocks", s->blocks},
-        {"evaluations", s->evaluations},
-        {"crossings", s->crossings},
-        {"multiple_edges", s->multiple_edges},
-        {"mended_edges", s->mended_edges},
-        {"leaves", s->leaves},
-        {"segments", s->segments},
-        {"ambiguous_faces", s->ambiguous_faces},
-        {"face_features", s->face_features},
-        {"dropped_face_features", s->dropped_face_features},
-        {"loops", s->loops},
-        {"smooth_loops", s->smooth_loops},
-        {"crease_loops", s->crease_loops},
-        {"corner_loops", s->corner_loops},
-        {"flat_loops", s->flat_loops},
-        {"divided_leaves", s->divided_leaves},
-        {"escaped_corners", s->escaped_corners},
-        {"multiple_cells", s->multiple_cells},
-        {"moved_loops", s->moved_loops},
-        {"nested_cells", s->nested_cells},
-        {"unresolved_cells", s->unresolved_cells},
-        {"vertices", s->vertices},
-        {"triangles", s->triangles},
-        {"crease_edges", s->crease_edges},
-        {"output_bytes", s->output_bytes},
-        {"scratch_bytes", s->scratch_bytes},
-    };
-    for (size_t n = 0; n < sizeof rows / sizeof *rows; ++n)
-        json_object_set_new(object, rows[n].key, json_integer(rows[n].value));
-}
-
-static json_t *surface_report(const qn_solid_surface_report *s) {
-    json_t *object = json_object(), *levels = json_array();
-    json_object_set_new(object, "finest_cell", report_real(s->finest_cell));
-    set_integers(object, s);
-    for (int n = 0; n < 16; ++n)
-        json_array_append_new(levels, json_integer(s->leaves_by_level[n]));
-    json_object_set_new(object, "leaves_by_level", levels);
-    json_object_set_new(object, "seconds_sampling", report_real(s->seconds_sampling));
-    json_object_set_new(object, "seconds_octree", report_real(s->seconds_octree));
-    json_object_set_new(object, "seconds_cms", report_real(s->seconds_cms));
-    json_object_set_new(object, "seconds_total", report_real(s->seconds_total));
-    return object;
-}
-
 static int write_report(const csg_job *job, int exit_code) {
     const cli_options *options = job->session->options;
     json_t *report = report_start("csg");
     json_object_set_new(report, "input", report_path(options->input));
     json_object_set_new(report, "output",
                         options->output ? report_path(options->output) : json_null());
-    json_object_set_new(report, "surface", surface_report(&job->surface));
+    json_object_set_new(report, "surface", report_solid_surface(&job->surface));
     json_object_set_new(report, "check",
                         job->checked ? report_mesh_check(&job->check) : json_null());
     json_object_set_new(report, "seconds_read", report_real(job->seconds_read));

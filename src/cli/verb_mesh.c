@@ -103,6 +103,8 @@ static int name_outputs(mesh_job *job) {
 
 static int extract(mesh_job *job) {
     const cli_options *options = job->session->options;
+    if (options->cms)
+        return mesh_cms_extract(job);
     qn_surface_options surface;
     qn_surface_options_init(&surface);
     surface.isovalues = job->isovalues;
@@ -184,6 +186,11 @@ static int misses_the_data(mesh_job *job, int32_t i, bool *misses_out) {
     int64_t border = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
     bool suspect = job->surfaces[i].quads == border && !job->session->options->open;
     *misses_out = job->surfaces[i].quads == 0;
+    if (job->adaptive) { /* caps are few triangles here: a mesh of caps alone looks like any other
+                          */
+        suspect = !job->session->options->open;
+        *misses_out = job->adaptive[i].triangles == 0;
+    }
     if (!suspect && !*misses_out)
         return 0;
     int exit_code = need_statistics(job); /* only now: they cost a pass over the data */
@@ -223,6 +230,8 @@ static int run(mesh_job *job) {
     const cli_options *options = job->session->options;
     double started = cli_seconds();
     int exit_code = output_check(options);
+    if (!exit_code && options->cms)
+        exit_code = mesh_cms_check_options(options);
     if (!exit_code)
         exit_code = input_read_volume(job->session, &job->volume);
     job->seconds_read = cli_seconds() - started;
@@ -255,6 +264,7 @@ static void release(mesh_job *job) {
     free(job->isovalues);
     free(job->meshes);
     free(job->surfaces);
+    free(job->adaptive);
     free(job->results);
     qn_volume_destroy(job->volume);
 }

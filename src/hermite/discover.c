@@ -9,6 +9,7 @@
 #include "core/parallel.h"
 #include "core/status.h"
 #include "hermite/hermite.h"
+#include "solid/sampled.h"
 
 #include <math.h>
 
@@ -130,8 +131,24 @@ static qn_status enter_lists(qni_hermite *hermite, place_list *lists, int64_t co
     return QN_OK;
 }
 
+/* Blocks are the volume's leaves, which are known. */
+static qn_status enter_leaves(qni_hermite *hermite, qn_error *error) {
+    int64_t count;
+    const int32_t(*leaves)[3] = qni_sampled_mixed_leaves(hermite->solid, &count);
+    for (int64_t n = 0; n < count; ++n) {
+        int32_t place[3];
+        for (int k = 0; k < 3; ++k)
+            place[k] = leaves[n][k] + hermite->lattice.shift / QNI_BLOCK;
+        if (!qni_hermite_enter(hermite, place))
+            return qni_fail_memory(error, "Hermite data");
+    }
+    return QN_OK;
+}
+
 qn_status qni_discover(qni_hermite *hermite, qn_error *error) {
     const qni_lattice *lattice = &hermite->lattice;
+    if (lattice->samples)
+        return enter_leaves(hermite, error);
     const int32_t size = lattice->top > 3 ? 1 << lattice->top : QNI_BLOCK;
     const int64_t nx = lattice->cells[0] / size, ny = lattice->cells[1] / size,
                   nz = lattice->cells[2] / size;

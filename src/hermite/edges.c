@@ -50,6 +50,8 @@ static qn_status sample_signs(edge_job *job) {
 }
 
 static qn_status find_undecided(edge_job *job) {
+    if (job->lattice->samples) /* linear along edges: their ends say all */
+        return QN_OK;
     for (int n = 0; n < 64; ++n) {
         const int at[3] = {2 * (n & 3), 2 * (n >> 2 & 3), 2 * (n >> 4)};
         qni_box box;
@@ -204,7 +206,8 @@ static qn_status keep(edge_job *job, int edge, int axis, const double a[3], cons
         memcpy(out[n].normal, list[n].normal, sizeof out[n].normal);
         normalize(out[n].normal, axis, out[n].enters);
     }
-    round_places(job, out, &count, axis, (float)a[axis], (float)b[axis]);
+    const double room = job->lattice->clearance;
+    round_places(job, out, &count, axis, (float)(a[axis] + room), (float)(b[axis] - room));
     if (count == 0)
         return QN_OK;
     qni_hermite_block *block = job->block;

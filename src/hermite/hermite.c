@@ -5,6 +5,7 @@
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
+#include "solid/sampled.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -121,6 +122,13 @@ int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]) {
             return qni_bit(hermite->blocks[index].inside, 81 * local[2] + 9 * local[1] + local[0]);
     }
     return -1;
+}
+
+bool qni_hermite_cell_values(const qni_hermite *hermite, const int32_t cell[3], double corner[8]) {
+    int64_t at[3];
+    for (int k = 0; k < 3; ++k)
+        at[k] = (int64_t)cell[k] - hermite->lattice.shift;
+    return hermite->lattice.samples && qni_sampled_corners(hermite->solid, at, corner);
 }
 
 /* Blocks that hold a crossed edge of this one in their closed box, but are not there yet. */

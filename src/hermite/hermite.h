@@ -68,6 +68,9 @@ int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
 /* The sign at a lattice point: inside, outside, or -1 where no block is. */
 int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]);
+/* f at the corners (x + 2 y + 4 z) of a finest cell, which tell all of a trilinear f; false on
+ * lattices of other solids. */
+bool qni_hermite_cell_values(const qni_hermite *hermite, const int32_t cell[3], double corner[8]);
 
 /* ---- between the files of this folder -----------------------------------------------------------
  */

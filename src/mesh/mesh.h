@@ -34,6 +34,10 @@ qn_status qni_mesh_alloc(qn_context *context, int64_t vertex_count, int64_t quad
 qn_status qni_mesh_alloc_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
 void qni_mesh_free_halfedges(qn_mesh *mesh);
 
+/* Move a mesh of triangles without normals; `mirrors` turns them round, so that they stay wound
+ * counter-clockwise seen from outside. */
+void qni_mesh_move(qn_mesh *mesh, const double matrix[3][4], bool mirrors);
+
 /* Which diagonal the MaxMin angle criterion takes: true for corners 0-2, false for 1-3. */
 bool qni_quad_splits_02(const float *positions, const uint32_t quad[4]);
 /* The two triangles of that split. */

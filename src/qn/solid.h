@@ -4,6 +4,7 @@
 #define QN_SOLID_H
 
 #include <qn/base.h>
+#include <qn/volume.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -44,6 +45,31 @@ static inline void qn_solid_callback_init(qn_solid_callback *callback) {
 QN_API qn_status qn_solid_from_callback(qn_context *context, const qn_solid_callback *callback,
                                         qn_solid **solid_out, qn_error *error);
 QN_API void qn_solid_destroy(qn_solid *solid);
+
+typedef struct qn_solid_volume_options {
+    size_t struct_size; /* set by qn_solid_volume_options_init() */
+    int32_t owner;      /* of the whole surface */
+} qn_solid_volume_options;
+
+static inline void qn_solid_volume_options_init(qn_solid_volume_options *options) {
+    memset(options, 0, sizeof *options);
+    options->struct_size = sizeof *options;
+}
+
+/* The solid that the trilinear interpolant of a volume bounds at an iso-value, closed at the
+ * volume's border as by qn_surface(), in world units. f is the value less the iso-value, or the
+ * other way round where inside is above, so it is a distance only where the samples are distances.
+ * Crossings of lattice edges are exact; ranges over boxes come from a tree over leaves of 8^3
+ * cells.
+ *
+ * volume   borrowed while the solid lives; sparse ones stay sparse.
+ * options  NULL for defaults.
+ *
+ * QN_ERROR_INVALID_ARGUMENT  no volume, a non-finite iso-value, a matrix that is nearly singular
+ * QN_ERROR_OUT_OF_MEMORY, QN_ERROR_CANCELLED */
+QN_API qn_status qn_solid_from_volume(qn_context *context, const qn_volume *volume, double isovalue,
+                                      qn_inside inside, const qn_solid_volume_options *options,
+                                      qn_solid **solid_out, qn_error *error);
 
 /* Primitives. `fragments` is the number of flat facets round a circle, 3 to 16384 (spheres: 1024);
  * 0 makes it round. A facetted sphere or cylinder has its corners on the round one, as in OpenSCAD.

@@ -12,12 +12,6 @@
 extern "C" {
 #endif
 
-/* Which side of the iso-value is solid. Normals point out of the solid either way. */
-typedef enum qn_inside {
-    QN_INSIDE_ABOVE, /* density-like data (CT, fog): inside is value >= iso */
-    QN_INSIDE_BELOW  /* distance-like data: inside is value < iso */
-} qn_inside;
-
 /* Within one cell the interpolant can join two of the cell's polygons by a tunnel. */
 typedef enum qn_topology {
     QN_TOPOLOGY_DISCS, /* [DMC21]: every polygon is a disc of its own */
@@ -131,6 +125,13 @@ QN_API qn_status qn_surface(qn_context *context, const qn_volume *volume,
 
 enum { QN_MIN_DEPTH = 3, QN_MAX_DEPTH = 12 };
 
+/* Volumes only: have the data sharp edges? Solids always have. */
+typedef enum qn_creases {
+    QN_CREASES_OFF, /* densities, scans: whatever bends, bends smoothly */
+    QN_CREASES_ON /* distances: where normals differ by more than the crease angle there is an edge
+                   */
+} qn_creases;
+
 typedef struct qn_solid_surface_options {
     size_t struct_size;
     int32_t depth;    /* at most 2^depth finest cells along the longest axis; 0: 7 */
@@ -143,7 +144,8 @@ typedef struct qn_solid_surface_options {
     bool no_features; /* plain marching cubes with consistent faces */
     bool uniform;     /* finest cells only */
     bool open; /* no caps where the box cuts the solid: the surface ends at the last lattice plane
-                  in the box */
+                  in the box; of a volume, at its outermost samples */
+    qn_creases creases;
 } qn_solid_surface_options;
 
 static inline void qn_solid_surface_options_init(qn_solid_surface_options *options) {
@@ -183,6 +185,8 @@ typedef struct qn_solid_surface_report {
     int64_t vertices, triangles, crease_edges;
     int64_t output_bytes, scratch_bytes;
     double seconds_sampling, seconds_octree, seconds_cms, seconds_total;
+    bool rounded; /* a volume whose matrix is oblique, or whose coordinates are large for its cells:
+                   * vertices were rounded to floats again when they were moved to the world */
 } qn_solid_surface_report;
 
 /* Extract the surface of a solid by adaptive Cubical Marching Squares: triangles wound
@@ -208,6 +212,25 @@ typedef struct qn_solid_surface_report {
 QN_API qn_status qn_solid_surface(qn_context *context, const qn_solid *solid,
                                   const qn_solid_surface_options *options, qn_mesh **mesh_out,
                                   qn_solid_surface_report *report_out, qn_error *error);
+
+/* The same for the trilinear interpolant of a volume at an iso-value: finest cells are those
+ * between its samples, coarse ones where it is flat within options->tolerance. Closed half a voxel
+ * beyond the outermost samples unless options->open. The faces of finest cells are settled by the
+ * asymptotic decider and their insides by the interpolant's own tunnels, so that `uniform` with
+ * `no_features` is a topologically correct marching cubes.
+ *
+ * options  as for solids; depth and box must be left at 0. Sharp edges only with options->creases.
+ *
+ * All that is promised of the mesh holds for the coordinates as written where the volume's matrix
+ * sends axes to axes; else report->rounded is set: the mesh was made in the volume's own axes and
+ * then moved, and what is nearer than float rounding can come to touch.
+ *
+ * Non-finite samples, threads and errors as for qn_surface() and qn_solid_surface(). Source:
+ * [CMS05]; the decider and tunnels: [DMC21] section 3 and 5. */
+QN_API qn_status qn_surface_adaptive(qn_context *context, const qn_volume *volume, double isovalue,
+                                     qn_inside inside, const qn_solid_surface_options *options,
+                                     qn_mesh **mesh_out, qn_solid_surface_report *report_out,
+                                     qn_error *error);
 
 #ifdef __cplusplus
 }

@@ -204,6 +204,12 @@ typedef struct qn_volume_statistics {
 QN_API qn_status qn_volume_get_statistics(qn_context *context, const qn_volume *volume,
                                           qn_volume_statistics *statistics_out, qn_error *error);
 
+/* Which side of the iso-value is solid. Normals point out of the solid either way. */
+typedef enum qn_inside {
+    QN_INSIDE_ABOVE, /* density-like data (CT, fog): inside is value >= iso */
+    QN_INSIDE_BELOW  /* distance-like data: inside is value < iso */
+} qn_inside;
+
 #ifdef __cplusplus
 }
 #endif
