@@ -497,8 +497,7 @@ qn_status qni_sampled_create(qn_context *context, const qn_volume *volume,
     qn_status status =
         qni_field_init(volume, settings->isovalue, settings->inside_below, false, &s->field, error);
     if (status == QN_OK) {
-        qni_sample_frame_init(&s->frame, qn_volume_grid(volume)->index_to_world,
-                              qn_volume_grid(volume)->size);
+        qni_sample_frame_init(&s->frame, (const double(*)[4])s->field.world, s->field.samples);
         status = qni_leaf_tree_build(context, &s->field, settings->every_leaf, &s->tree, error);
     }
     if (status != QN_OK) {

@@ -25,9 +25,9 @@ static inline double qni_sample_plane(const qni_sample_frame *frame, int axis, i
     return qni_rounded_to_float(frame->origin[axis] + frame->step[axis] * (double)point);
 }
 
-/* The frame of a matrix from sample index to world for so many samples. */
-void qni_sample_frame_init(qni_sample_frame *frame, const double index_to_world[4][4],
-                           const int64_t size[3]);
+/* The frame of a field: its points and its matrix from there to the world. */
+void qni_sample_frame_init(qni_sample_frame *frame, const double world[3][4],
+                           const int64_t points[3]);
 
 typedef struct qni_sampled_settings {
     double isovalue;

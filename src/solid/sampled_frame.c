@@ -10,7 +10,7 @@
 static const double least_floats = 512;
 
 /* The world axis that each index axis runs along, when they run along axes. */
-static bool find_axes(const double m[4][4], int axis_of[3]) {
+static bool find_axes(const double m[3][4], int axis_of[3]) {
     int taken = 0;
     for (int k = 0; k < 3; ++k) {
         int found = -1;
@@ -46,23 +46,23 @@ static bool fits_floats(const qni_sample_frame *frame) {
     return true;
 }
 
-static void set_exact(qni_sample_frame *frame, const double m[4][4], const int axis_of[3]) {
+static void set_exact(qni_sample_frame *frame, const double m[3][4], const int axis_of[3]) {
     memset(frame->to_world, 0, sizeof frame->to_world);
     frame->exact = true;
     for (int k = 0; k < 3; ++k) {
         const int row = axis_of[k];
         const double sign = m[row][k] < 0 ? -1 : 1;
         frame->step[k] = fabs(m[row][k]);
-        frame->origin[k] = sign * m[row][3] - frame->step[k];
+        frame->origin[k] = sign * m[row][3];
         frame->to_world[row][k] = sign;
     }
 }
 
-static void set_turned(qni_sample_frame *frame, const double m[4][4]) {
+static void set_turned(qni_sample_frame *frame, const double m[3][4]) {
     frame->exact = false;
     for (int k = 0; k < 3; ++k) {
         frame->step[k] = sqrt(m[0][k] * m[0][k] + m[1][k] * m[1][k] + m[2][k] * m[2][k]);
-        frame->origin[k] = -frame->step[k];
+        frame->origin[k] = 0;
     }
     for (int row = 0; row < 3; ++row) {
         for (int k = 0; k < 3; ++k)
@@ -71,15 +71,15 @@ static void set_turned(qni_sample_frame *frame, const double m[4][4]) {
     }
 }
 
-void qni_sample_frame_init(qni_sample_frame *frame, const double index_to_world[4][4],
-                           const int64_t size[3]) {
+void qni_sample_frame_init(qni_sample_frame *frame, const double world[3][4],
+                           const int64_t points[3]) {
     int axis_of[3];
     for (int k = 0; k < 3; ++k)
-        frame->count[k] = (int32_t)(size[k] + 2);
-    const bool along_axes = find_axes(index_to_world, axis_of);
+        frame->count[k] = (int32_t)points[k];
+    const bool along_axes = find_axes(world, axis_of);
     if (along_axes)
-        set_exact(frame, index_to_world, axis_of);
+        set_exact(frame, world, axis_of);
     if (!along_axes || !fits_floats(frame))
-        set_turned(frame, index_to_world);
+        set_turned(frame, world);
     frame->turned = determinant((const double(*)[4])frame->to_world) < 0;
 }
