@@ -145,6 +145,22 @@ class Mesh(Case):
         self.assertEqual(self.read(self.mesh("a.glb"))[:4], b"glTF")
         self.assertIn(b"\nf ", self.read(self.mesh("a.obj")))
 
+    def test_mode_cms_makes_few_triangles(self):
+        _, err = self.quoin("mesh", "sphere.npy", "--iso", "0", "--mode", "cms", "--tol", "0.2", "-o", "a.ply",
+                            "--check", "--report", "r.json")
+        self.assertIn("closed, manifold, oriented, no self-intersections", err)
+        with open(self.path("r.json")) as file:
+            report = json.load(file)
+        surface = report["surfaces"][0]
+        self.assertEqual(report["options"]["mode"], "cms")
+        self.assertEqual(surface["check"]["euler_characteristic"], 2)
+        self.assertEqual(surface["isovalue"], 0)
+        self.quoin("mesh", "sphere.npy", "--iso", "0", "--mode", "cms", "--uniform", "-o", "b.ply")
+        self.assertLess(ply_header(self.read("a.ply"))[1]["face"], ply_header(self.read("b.ply"))[1]["face"] / 2)
+        _, err = self.quoin("mesh", "sphere.npy", "--mode", "cms", "--simplify", "-o", "c.ply", code=2)
+        self.assertIn("--simplify belongs to --mode dmc", err)
+        self.quoin("mesh", "sphere.npy", "--mode", "cms", "--iso", "1000", "-o", "c.ply", code=4)
+
     def test_inside_turns_the_surface_round(self):
         self.assertNotEqual(self.read(self.mesh("a.ply", "--inside", "above")),
                             self.read(self.mesh("b.ply", "--inside", "below")))
@@ -357,7 +373,6 @@ class ExitCodes(Case):
 
     def test_7_not_built_in(self):
         for arguments in (("remesh", "a.ply"),
-                          ("mesh", "sphere.npy", "-o", "a.ply", "--mode", "cms"),
                           ("mesh", "sphere.npy", "-o", "a.ply", "--device", "cuda")):
             _, err = self.quoin(*arguments, code=7)
             self.assertIn("not built in", err)
