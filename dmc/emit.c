@@ -49,6 +49,7 @@ typedef struct emission {
     qn_mesh *mesh;
     qni_frame frame;
     qni_point_kernel kernel;
+    qni_link_tables link_tables;
     bool reverse; /* wind quads the other way round */
 } emission;
 
@@ -345,18 +346,23 @@ static void signs_of_tile(worker *w) {
 }
 
 static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
-                      const qni_dmc_leaf *own, const qni_leaf_extent *extent,
+                      const qni_dmc_leaf *own, const qni_leaf_extent *extent, const int64_t at[3],
                       qni_upper_rows *upper) {
+    bool at_border = false;
+    for (int a = 0; a < 3; ++a)
+        at_border = at_border || extent->at_low[a] || at[a] + QNI_LEAF >= job->dmc->field.cells[a];
     const qni_link_leaf link = {
         .tile = (const double(*)[QNI_TILE][QNI_TILE])w->tile,
         .signs = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs,
+        .masks = &w->masks,
+        .tables = &job->link_tables,
         .extent = extent,
         .leaf = own,
         .multis = row->multis + own->multi_base,
         .first_vertex = (uint32_t)(row->vertex_base + own->vertex_base),
-        .reverse = job->reverse,
+        .at_border = at_border,
     };
-    qni_quad_ids_note(upper, own->x, &w->quad_ids);
+    qni_quad_ids_note(upper, own->x, at_border, &w->quad_ids);
     qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges);
 }
 
@@ -412,7 +418,7 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
             next_split = note_splits(dmc, w, &extent, index, own->x,
                                      (uint32_t)(row->quad_base + own->quad_base), next_split);
         if (job->mesh->twins)
-            link_leaf(job, w, row, own, &extent, &upper);
+            link_leaf(job, w, row, own, &extent, at, &upper);
     }
 }
 
@@ -457,6 +463,8 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     job.reverse = dmc->field.inside_below != (determinant < 0);
     if (mesh->vertex_count == 0)
         return QN_OK;
+    if (mesh->twins)
+        qni_link_prepare(job.reverse, &job.link_tables);
     worker *workers = qni_alloc_zero(dmc->context, threads, sizeof *workers);
     if (!workers)
         return qni_fail_memory(error, "the worker threads");

@@ -3,6 +3,7 @@
 #ifndef QNI_DMC_LINK_H
 #define QNI_DMC_LINK_H
 
+#include "core/cube_hd.h"
 #include "dmc/dmc.h"
 #include "dmc/leaf_hd.h"
 
@@ -22,18 +23,45 @@ typedef struct qni_upper_rows {
 } qni_upper_rows;
 
 void qni_upper_rows_init(const qni_dmc *dmc, int64_t row, qni_upper_rows *rows);
-/* Fill in the quads round the leaf at x. */
-void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, qni_quad_ids *ids);
+/* Fill in the quads round the leaf at x. Where the leaf has cells at the lattice's border, edges
+ * without a quad get QN_NO_HALFEDGE; elsewhere all crossed edges have quads, and the places of
+ * others are not written. */
+void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, qni_quad_ids *ids);
+
+/* Two quads across a segment of a face: where they are noted, from the place of the face's cell on,
+ * and which of their sides the segment is. */
+typedef struct qni_link_segment {
+    uint16_t place[2];
+    uint8_t side[2];
+} qni_link_segment;
+
+/* What the signs alone say of low faces and edges of a cell. */
+typedef struct qni_link_tables {
+    qni_link_segment face[3][16];     /* by axis, and which of the corners (in the face's order) are
+                                         above: of faces with two crossings */
+    qni_link_segment corner[3][2][4]; /* of faces with four, by whether corner 1 is above: the
+                                         segment that cuts off each corner */
+    uint16_t edge_place[QNI_EDGES];
+    uint8_t edge_corner[QNI_EDGES][2]; /* which corner of the edge's quad the cell is, by whether
+                                          the edge starts above */
+    uint8_t first_edge[256];           /* the lowest crossed edge of each case */
+    bool reverse;
+} qni_link_tables;
+
+/* `reverse`: quads run against their ring where values fall along the edge. */
+void qni_link_prepare(bool reverse, qni_link_tables *tables_out);
 
 /* What linking needs to know of the leaf at hand. */
 typedef struct qni_link_leaf {
     const double (*tile)[QNI_TILE][QNI_TILE];
     const uint16_t (*signs)[QNI_LEAF_SAMPLES];
+    const qni_leaf_masks *masks;
+    const qni_link_tables *tables;
     const qni_leaf_extent *extent;
     const qni_dmc_leaf *leaf;
     const qni_multi_cell *multis;
     uint32_t first_vertex;
-    bool reverse; /* quads run against their ring where values fall along the edge */
+    bool at_border; /* some of its cells are at the lattice's border */
 } qni_link_leaf;
 
 /* Write the twins of all halfedges on the low faces of the leaf's cells, and a halfedge for each of

@@ -58,8 +58,10 @@ typedef struct qn_halfedges {
     int64_t count;        /* corners * faces */
     const uint32_t *twin; /* [count]: the halfedge of the other face at this side; QN_NO_HALFEDGE on
                              the boundary */
-    const uint32_t *vertex_halfedge; /* [vertex_count]: a halfedge that starts at the vertex: the
-                                      * one without a twin where there is one, else the lowest */
+    const uint32_t *vertex_halfedge; /* [vertex_count]: a halfedge that starts at the vertex: of
+                                      * an open fan the one without a twin, from which turning
+                                      * (next of twin of previous) meets the whole fan; of a closed
+                                      * fan any. Which one it is may change with the version */
 } qn_halfedges;
 
 /* The halfedges of a mesh that has them, else count 0. They belong to the mesh, and end with its
