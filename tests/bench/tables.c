@@ -94,7 +94,6 @@ static const data_set sets[SETS] = {
 /* What Quoin did, for Table 4. */
 typedef struct removal {
     int64_t merged, shrunk;
-    double seconds;
 } removal;
 
 typedef struct results {
@@ -135,7 +134,6 @@ static qn_mesh *surface(qn_context *context, const bench_volume *bench, bool sim
     qn_volume_destroy(volume);
     last_removal.merged = report.merged_quads;
     last_removal.shrunk = report.shrunk_quads;
-    last_removal.seconds = report.seconds_simplify;
     return mesh;
 }
 
@@ -306,15 +304,15 @@ static void print_table_3(const results *all) {
 }
 
 static void print_removal(const removal *done) {
-    printf(" %lld | %lld | %lld | %.0f |", (long long)done->merged, (long long)done->shrunk,
-           (long long)(done->merged + done->shrunk), 1000 * done->seconds);
+    printf(" %lld | %lld | %lld |", (long long)done->merged, (long long)done->shrunk,
+           (long long)(done->merged + done->shrunk));
 }
 
 static void print_table_4(const results *all) {
-    printf("\n### Table 4: quads removed, and ms\n\n"
-           "| | 3-X-3-Y | 3-3-3-3 | total | ms | by the paper's single pass: 3-X-3-Y | 3-3-3-3 | "
-           "total | ms | printed: 3-X-3-Y | 3-3-3-3 "
-           "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+    printf(
+        "\n### Table 4: quads removed\n\n"
+        "| | 3-X-3-Y | 3-3-3-3 | total | by the paper's single pass: 3-X-3-Y | 3-3-3-3 | total | "
+        "printed: 3-X-3-Y | 3-3-3-3 |\n|---|---|---|---|---|---|---|---|---|\n");
     for (int s = 0; s < SETS; ++s) {
         if (!all[s].known)
             continue;
