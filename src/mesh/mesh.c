@@ -59,6 +59,11 @@ static qn_status copy_tags(qn_mesh *mesh, const qn_mesh_view *view, qn_error *er
     if (view->triangle_owners && view->triangle_count)
         good = good && (mesh->triangle_owners =
                             qni_alloc(mesh->context, view->triangle_count, sizeof(int32_t)));
+    if (view->quad_owners && view->quad_count) {
+        mesh->quad_owners = qni_alloc(mesh->context, view->quad_count, sizeof(int32_t));
+        mesh->quad_owner_count = mesh->quad_owners ? view->quad_count : 0;
+        good = good && mesh->quad_owners;
+    }
     if (view->crease_edge_count)
         good = good && (mesh->crease_edges = qni_alloc(mesh->context, view->crease_edge_count,
                                                        2 * sizeof(uint32_t)));
@@ -70,6 +75,9 @@ static qn_status copy_tags(qn_mesh *mesh, const qn_mesh_view *view, qn_error *er
     if (mesh->triangle_owners)
         memcpy(mesh->triangle_owners, view->triangle_owners,
                (size_t)mesh->triangle_count * sizeof(int32_t));
+    if (mesh->quad_owners)
+        memcpy(mesh->quad_owners, view->quad_owners,
+               (size_t)mesh->quad_owner_count * sizeof(int32_t));
     if (mesh->crease_edges)
         memcpy(mesh->crease_edges, view->crease_edges,
                (size_t)mesh->crease_edge_count * 2 * sizeof(uint32_t));
@@ -117,6 +125,7 @@ void qn_mesh_destroy(qn_mesh *mesh) {
     qni_free(mesh->context, mesh->quads, mesh->quad_count + mesh->quad_slack, 4 * sizeof(uint32_t));
     qni_free(mesh->context, mesh->triangles, mesh->triangle_count, 3 * sizeof(uint32_t));
     qni_free(mesh->context, mesh->triangle_owners, mesh->triangle_count, sizeof(int32_t));
+    qni_free(mesh->context, mesh->quad_owners, mesh->quad_owner_count, sizeof(int32_t));
     qni_free(mesh->context, mesh->crease_edges, mesh->crease_edge_count, 2 * sizeof(uint32_t));
     qni_free(mesh->context, mesh, 1, sizeof *mesh);
 }
@@ -125,6 +134,7 @@ qn_mesh_view qn_mesh_get_view(const qn_mesh *mesh) {
     qn_mesh_view view = {
         mesh->vertex_count, mesh->quad_count,      mesh->triangle_count,    mesh->positions,
         mesh->normals,      mesh->quads,           mesh->triangles,         mesh->space,
-        mesh->unit,         mesh->triangle_owners, mesh->crease_edge_count, mesh->crease_edges};
+        mesh->unit,         mesh->triangle_owners, mesh->crease_edge_count, mesh->crease_edges,
+        mesh->quad_owners};
     return view;
 }

@@ -21,7 +21,9 @@ struct qn_mesh {
     char unit[16];
     int32_t *triangle_owners; /* [triangle_count] or NULL */
     int64_t crease_edge_count;
-    uint32_t *crease_edges; /* [crease_edge_count][2] or NULL */
+    uint32_t *crease_edges;   /* [crease_edge_count][2] or NULL */
+    int32_t *quad_owners;     /* [quad_owner_count] or NULL */
+    int64_t quad_owner_count; /* quad_count when there are owners */
 };
 
 /* A mesh with room for the given counts, its arrays not yet filled; arrays of count 0 are NULL. */

@@ -5,8 +5,9 @@
  * and 2.5, the sum and the scaling of expansions of sections 2.4 and 2.6, the error bounds A of
  * tables 3 and 4.
  *
- * The coordinates are floats, so no product of three differences can leave the range of double: the
- * least unit is 2^-447, the largest value below 2^390. Nothing here can overflow or underflow. */
+ * Float coordinates cannot leave the range of double in a product of three differences: the least
+ * unit is 2^-447, the largest value below 2^390. Doubles that are 0 or between 1e-60 and 1e40 in
+ * size cannot either (2^-756 to 2^402). Nothing here can overflow or underflow. */
 #include "mesh/predicates.h"
 
 #include <math.h>
@@ -91,10 +92,10 @@ typedef struct difference3 {
     int count[3];
 } difference3;
 
-static difference3 difference_of(const float a[3], const float b[3]) {
+static difference3 difference_of(const double a[3], const double b[3]) {
     difference3 d;
     for (int i = 0; i < 3; ++i)
-        d.count[i] = difference((double)a[i], (double)b[i], d.part[i]);
+        d.count[i] = difference(a[i], b[i], d.part[i]);
     return d;
 }
 
@@ -112,7 +113,8 @@ static int sign_of(const double *e, int count) {
     return count == 0 ? 0 : (e[count - 1] > 0) - (e[count - 1] < 0);
 }
 
-int qni_orient3d_exact(const float a[3], const float b[3], const float c[3], const float d[3]) {
+static int orient3d_exact(const double a[3], const double b[3], const double c[3],
+                          const double d[3]) {
     difference3 u = difference_of(b, a), v = difference_of(c, a), w = difference_of(d, a);
     double total[LARGEST_EXPANSION], longer[LARGEST_EXPANSION];
     int count = 0;
@@ -128,13 +130,13 @@ int qni_orient3d_exact(const float a[3], const float b[3], const float c[3], con
     return sign_of(total, count);
 }
 
-int qni_orient3d(const float a[3], const float b[3], const float c[3], const float d[3]) {
+int qni_orient3d_of(const double a[3], const double b[3], const double c[3], const double d[3]) {
     const double bound = (7 + 56 * 0x1p-53) * 0x1p-53;
     double u[3], v[3], w[3];
     for (int i = 0; i < 3; ++i) {
-        u[i] = (double)b[i] - (double)a[i];
-        v[i] = (double)c[i] - (double)a[i];
-        w[i] = (double)d[i] - (double)a[i];
+        u[i] = b[i] - a[i];
+        v[i] = c[i] - a[i];
+        w[i] = d[i] - a[i];
     }
     double yz = u[1] * v[2], zy = u[2] * v[1];
     double zx = u[2] * v[0], xz = u[0] * v[2];
@@ -144,20 +146,51 @@ int qni_orient3d(const float a[3], const float b[3], const float c[3], const flo
                        fabs(w[2]) * (fabs(xy) + fabs(yx));
     if (fabs(determinant) > bound * permanent)
         return determinant > 0 ? 1 : -1;
-    return permanent == 0 ? 0 : qni_orient3d_exact(a, b, c, d);
+    return permanent == 0 ? 0 : orient3d_exact(a, b, c, d);
 }
 
-int qni_orient2d(const float a[3], const float b[3], const float c[3], int x, int y) {
+int qni_turn_of(const double a[3], const double b[3], const double c[3], const double d[3], int x,
+                int y) {
     const double bound = (3 + 16 * 0x1p-53) * 0x1p-53;
-    double left = ((double)b[x] - (double)a[x]) * ((double)c[y] - (double)a[y]);
-    double right = ((double)b[y] - (double)a[y]) * ((double)c[x] - (double)a[x]);
+    double left = (b[x] - a[x]) * (d[y] - c[y]), right = (b[y] - a[y]) * (d[x] - c[x]);
     double determinant = left - right;
     if (fabs(determinant) > bound * (fabs(left) + fabs(right)))
         return determinant > 0 ? 1 : -1;
-    difference3 u = difference_of(b, a), v = difference_of(c, a);
+    difference3 u = difference_of(b, a), v = difference_of(d, c);
     double exact[16];
     int count = minor(&u, &v, x, y, exact);
     return sign_of(exact, count);
+}
+
+static void widen(const float from[3], double to[3]) {
+    for (int i = 0; i < 3; ++i)
+        to[i] = (double)from[i];
+}
+
+int qni_orient3d_exact(const float a[3], const float b[3], const float c[3], const float d[3]) {
+    double p[4][3];
+    widen(a, p[0]);
+    widen(b, p[1]);
+    widen(c, p[2]);
+    widen(d, p[3]);
+    return orient3d_exact(p[0], p[1], p[2], p[3]);
+}
+
+int qni_orient3d(const float a[3], const float b[3], const float c[3], const float d[3]) {
+    double p[4][3];
+    widen(a, p[0]);
+    widen(b, p[1]);
+    widen(c, p[2]);
+    widen(d, p[3]);
+    return qni_orient3d_of(p[0], p[1], p[2], p[3]);
+}
+
+int qni_orient2d(const float a[3], const float b[3], const float c[3], int x, int y) {
+    double p[3][3];
+    widen(a, p[0]);
+    widen(b, p[1]);
+    widen(c, p[2]);
+    return qni_turn_of(p[0], p[1], p[0], p[2], x, y);
 }
 
 bool qni_collinear(const float a[3], const float b[3], const float c[3]) {

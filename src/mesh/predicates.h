@@ -17,6 +17,12 @@ int qni_orient3d_exact(const float a[3], const float b[3], const float c[3], con
  * they run counter-clockwise, 0 when they are collinear there. */
 int qni_orient2d(const float a[3], const float b[3], const float c[3], int x, int y);
 
+/* The same two of doubles, each 0 or between 1e-60 and 1e40 in size; the second is the sign of
+ * (b - a) x (d - c) in the plane of the coordinates x and y. */
+int qni_orient3d_of(const double a[3], const double b[3], const double c[3], const double d[3]);
+int qni_turn_of(const double a[3], const double b[3], const double c[3], const double d[3], int x,
+                int y);
+
 /* True when the three points lie on one line, or coincide. */
 bool qni_collinear(const float a[3], const float b[3], const float c[3]);
 

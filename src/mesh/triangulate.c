@@ -46,15 +46,38 @@ void qni_split_quad(const float *positions, const uint32_t q[4], uint32_t out[6]
     memcpy(out, qni_quad_splits_02(positions, q) ? by_02 : by_13, sizeof by_02);
 }
 
+/* Owners of the quads' halves and of the triangles behind them; without any when none are known. */
+static bool split_owners(qn_context *context, qn_mesh *mesh, int64_t count) {
+    int32_t *owners = NULL;
+    if (mesh->quad_owners || mesh->triangle_owners) {
+        owners = qni_alloc_zero(context, count, sizeof *owners);
+        if (!owners)
+            return false;
+        for (int64_t n = 0; mesh->quad_owners && n < 2 * mesh->quad_count; ++n)
+            owners[n] = mesh->quad_owners[n / 2];
+        if (mesh->triangle_owners)
+            memcpy(owners + 2 * mesh->quad_count, mesh->triangle_owners,
+                   (size_t)mesh->triangle_count * sizeof *owners);
+    }
+    qni_free(mesh->context, mesh->triangle_owners, mesh->triangle_count, sizeof *owners);
+    qni_free(mesh->context, mesh->quad_owners, mesh->quad_owner_count, sizeof *owners);
+    mesh->triangle_owners = owners;
+    mesh->quad_owners = NULL;
+    mesh->quad_owner_count = 0;
+    return true;
+}
+
 qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *error) {
     if (mesh->quad_count == 0)
         return QN_OK;
     int64_t quad_count = mesh->quad_count;
     int64_t count = mesh->triangle_count + 2 * quad_count;
     uint32_t *triangles = qni_alloc(context, count, 3 * sizeof(uint32_t));
-    if (!triangles)
+    if (!triangles || !split_owners(context, mesh, count)) {
+        qni_free(context, triangles, count, 3 * sizeof(uint32_t));
         return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for %lld triangles",
                         (long long)count);
+    }
     const float *positions = mesh->positions;
     const uint32_t *quads = mesh->quads;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))

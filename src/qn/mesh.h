@@ -26,6 +26,7 @@ typedef struct qn_mesh_view {
     int64_t crease_edge_count;
     const uint32_t *crease_edges; /* [crease_edge_count][2]: edges along sharp features; NULL when
                                      there are none */
+    const int32_t *quad_owners;   /* [quad_count], as triangle_owners; NULL when not known */
 } qn_mesh_view;
 
 typedef struct qn_mesh qn_mesh;

@@ -4,6 +4,7 @@
 #define QN_SOLID_H
 
 #include <qn/base.h>
+#include <qn/mesh.h>
 #include <qn/volume.h>
 
 #ifdef __cplusplus
@@ -118,6 +119,77 @@ QN_API qn_status qn_solid_polyhedron(qn_context *context, int64_t point_count,
                                      const double (*points)[3], int64_t face_count,
                                      const int64_t *face_sizes, const int64_t *indices,
                                      qn_solid **solid_out, qn_error *error);
+
+/* ---- polygon models
+ * -----------------------------------------------------------------------------------------------
+ */
+
+/* What says which points are inside. */
+typedef enum qn_mesh_sign {
+    QN_MESH_SIGN_AUTO,   /* winding; parity where that is defined and winding is not */
+    QN_MESH_SIGN_PARITY, /* inside is behind an odd number of faces; holes are closed by fans */
+    QN_MESH_SIGN_WINDING /* inside is where the (generalized) winding number is 1/2 or more */
+} qn_mesh_sign;
+
+typedef struct qn_solid_mesh_options {
+    size_t struct_size; /* set by qn_solid_mesh_options_init() */
+    qn_mesh_sign sign;
+    int32_t owner;  /* of faces for which the mesh knows none */
+    bool one_owner; /* of all faces */
+} qn_solid_mesh_options;
+
+static inline void qn_solid_mesh_options_init(qn_solid_mesh_options *options) {
+    qn_solid_mesh_options zero;
+    char *byte = (char *)&zero;
+    for (size_t i = 0; i < sizeof zero; ++i)
+        byte[i] = 0;
+    *options = zero;
+    options->struct_size = sizeof *options;
+}
+
+/* What a polygon model is like. */
+typedef struct qn_solid_mesh_report {
+    int64_t triangles;         /* quads count twice */
+    int64_t dropped_triangles; /* left out: a repeated place, or not finite */
+    int64_t joined_vertices;   /* at the place of an earlier one */
+    int64_t rim_edges;         /* edges that faces do not run along as often one way as the other */
+    int64_t odd_edges;         /* edges of an odd number of triangles */
+    int64_t turned_triangles;  /* turned round to agree with their neighbours */
+    int64_t holes;             /* rims, as simple loops */
+    int64_t cap_triangles;
+    qn_mesh_sign used; /* parity or winding */
+    bool closed;       /* no caps were needed */
+    /* Lines through the model, 32 x 32 along each axis, and those of them on which the surface is
+     * not simply where the faces are: faces within the solid, or holes. */
+    int64_t lines, disagreeing_lines;
+} qn_solid_mesh_report;
+
+/* The solid that a polygon model bounds: crossings straight from its triangles by exact predicates,
+ * sharp; owners from the mesh.
+ *
+ * Vertices at equal places are joined first. A model whose faces cancel at every edge (closed, also
+ * of overlapping parts) is inside where its winding number is not 0, so parts that overlap become
+ * one, and it never leaks. Where faces do not agree they are turned until they do, if that is
+ * possible. What is still open is inside where the generalized winding number is at least 1/2: its
+ * holes are closed by smooth sheets. Or, with QN_MESH_SIGN_PARITY, by fans over their rims.
+ *
+ * mesh        copied; it may be destroyed.
+ * options     NULL for defaults.
+ * report_out  may be NULL.
+ *
+ * QN_ERROR_INPUT             no triangle with three different corners
+ * QN_ERROR_INVALID_ARGUMENT  an unset struct_size; too many faces (2^28)
+ * QN_ERROR_OUT_OF_MEMORY
+ *
+ * Source: Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized
+ * winding numbers", 2013. Departure: rims are capped and the whole number is counted exactly; only
+ * what the caps add is a sum of solid angles. */
+QN_API qn_status qn_solid_from_mesh(qn_context *context, const qn_mesh *mesh,
+                                    const qn_solid_mesh_options *options, qn_solid **solid_out,
+                                    qn_solid_mesh_report *report_out, qn_error *error);
+/* How many crossings were found over holes of a solid from qn_solid_from_mesh() so far; 0 for
+ * others. */
+QN_API int64_t qn_solid_get_hole_crossings(const qn_solid *solid);
 
 /* Booleans. The parts are retained, so the caller still destroys its own references, at any time.
  * No parts make an empty solid. Where two parts have the same surface the earlier one gives normal

@@ -43,6 +43,9 @@ typedef struct qni_solid_ops {
      * be NULL. Bounds on one side of 0 say that f rises or falls all the way, so that the ends tell
      * all. */
     bool (*slope)(const qn_solid *solid, const double a[3], const double b[3], double range[2]);
+    /* Which points have values below 0, where that costs less than the values. May be NULL. */
+    qn_status (*inside)(const qn_solid *solid, int64_t count, const double (*points)[3],
+                        bool *inside);
 } qni_solid_ops;
 
 struct qn_solid {

@@ -42,6 +42,7 @@ static qn_mesh_report check(const soup *s, int32_t threads) {
                                "",
                                NULL,
                                0,
+                               NULL,
                                NULL};
     qn_context *context = test_context(threads);
     qn_mesh *mesh;

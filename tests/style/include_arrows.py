@@ -17,7 +17,7 @@ ALLOWED = {
     "mesh": {"core"},
     "view": {"mesh", "core"},
     "face": {"core"},
-    "solid": {"core", "volume"},
+    "solid": {"core", "volume", "mesh"},
     "hermite": {"solid", "volume", "core"},
     "octree": {"hermite", "core"},
     "cms": {"octree", "face", "hermite", "mesh", "core"},

@@ -114,6 +114,7 @@ static qn_mesh_report check_with_threads(const shape *s, int32_t threads) {
                                "",
                                NULL,
                                0,
+                               NULL,
                                NULL};
     assert_int_equal(qn_context_create(&options, &context, &error), QN_OK);
     assert_int_equal(qn_mesh_create(context, &view, &mesh, &error), QN_OK);
@@ -543,7 +544,7 @@ static void intersections_can_be_left_out(void **state) {
     qn_mesh_check_options_init(&options);
     options.skip_intersections = true;
     const qn_mesh_view view = {8,    6, 0,   s->positions[0], NULL, s->quads[0], NULL, "", "",
-                               NULL, 0, NULL};
+                               NULL, 0, NULL, NULL};
     assert_int_equal(qn_context_create(NULL, &context, NULL), QN_OK);
     assert_int_equal(qn_mesh_create(context, &view, &mesh, NULL), QN_OK);
     assert_int_equal(qn_mesh_check(context, mesh, &options, &report, &error), QN_OK);
@@ -624,6 +625,7 @@ static void every_failure_is_reported_and_leaks_nothing(void **state) {
                                "",
                                NULL,
                                0,
+                               NULL,
                                NULL};
     int failures = 0, cancels = 0;
     for (qn_status status = QN_ERROR_INTERNAL; status != QN_OK; ++failures) {

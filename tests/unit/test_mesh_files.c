@@ -57,6 +57,7 @@ static qn_mesh_view random_view(arrays *a, int64_t vertices, int64_t quads, int6
                           "mm",
                           NULL,
                           0,
+                          NULL,
                           NULL};
 }
 

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+/* A polygon model ready to be asked, and the solid that asks it.
+ *
+ * With caps over its rims every model is a closed chain, whose winding number is a whole number and
+ * changes only where a segment crosses a panel: both are exact. What the caps add is taken off
+ * again as the solid angle they are seen under: the difference is the generalized winding number
+ * (Jacobson, Kavan, Sorkine-Hornung, 2013), smooth but at the model's own panels. Far from holes
+ * that angle cannot matter, and is not asked for. */
+#ifndef QNI_SOLID_MODEL_H
+#define QNI_SOLID_MODEL_H
+
+#include "solid/chain.h"
+
+typedef struct qni_model {
+    qn_context *context;
+    int64_t references;     /* changed with atomic operations */
+    qni_panel_tree surface; /* with parity, caps are surface too */
+    qni_panel_tree caps;    /* what is taken off the winding number */
+    bool parity;            /* inside is odd; else: not 0, or with caps 1/2 and above */
+    qni_box box;
+    double size;            /* largest coordinate */
+    int64_t hole_crossings; /* found where no panel is; changed with atomic operations */
+} qni_model;
+
+/* A panel near a local solid. */
+typedef struct qni_near_panel {
+    float low[3], high[3];
+    int32_t panel;
+    bool cap;
+} qni_near_panel;
+
+enum { QNI_NEAR_PANELS = 256 };
+
+typedef struct qni_meshed {
+    qn_solid base;
+    qni_model *model;
+    bool local; /* what follows holds within the box */
+    qni_box within;
+    bool smooth; /* caps can matter */
+    bool listed; /* `near` has all panels that meet the box */
+    qni_near_panel *near;
+    int32_t near_count;
+    double origin[3]; /* a corner of the box, and the whole winding number there */
+    int64_t origin_winding;
+} qni_meshed;
+
+/* A place whose whole winding number is known. */
+typedef struct qni_winding_at {
+    double at[3];
+    int64_t winding;
+} qni_winding_at;
+
+/* One panel on a segment. */
+typedef struct qni_hit {
+    double at;
+    const qni_panel *panel;
+    int32_t change; /* of the whole winding number, towards b */
+    bool cap;
+} qni_hit;
+
+typedef struct qni_hits {
+    qn_context *context;
+    qni_hit first[32], *items;
+    int64_t count, capacity;
+} qni_hits;
+
+void qni_model_release(qni_model *model);
+qn_solid *qni_meshed_create(qni_model *model); /* takes the reference */
+bool qni_is_meshed(const qn_solid *solid);
+
+/* ---- model_winding.c */
+/* The whole winding number of model and caps: by a ray, or by a walk from a known place near. */
+int64_t qni_model_winding(const qni_model *model, const double p[3]);
+int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3], qni_winding_at *known);
+/* All panels on the segment, by place; false: no memory. */
+bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[3], qni_hits *hits);
+void qni_hits_free(qni_hits *hits);
+bool qni_meshed_holds(const qni_meshed *solid, const double p[3]);
+/* Whether caps matter at p; the angle is then asked for. */
+bool qni_meshed_is_smooth(const qni_meshed *solid, const double p[3]);
+/* How wrong dipoles may make the angle of the caps: bounds keep that far off. */
+#define QNI_ANGLE_SLACK 0.05
+
+static inline bool qni_whole_is_inside(const qni_model *model, int64_t winding) {
+    return model->parity ? winding & 1 : model->caps.count ? winding > 0 : winding != 0;
+}
+
+/* ---- model_crossings.c */
+qn_status qni_meshed_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                               int32_t capacity, qni_crossing *crossings, int32_t *count_out);
+
+#endif

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+/* All crossings of a segment with a polygon model: from hit to hit with the sign on either side of
+ * each, so they alternate and agree with the ends whatever the model is like. */
+#include "solid/model.h"
+
+#include <string.h>
+
+enum { HALVINGS = 48 };
+/* How near to a hit the sign beside it is taken, as a part of the segment. */
+static const double beside = 1e-7;
+
+typedef struct sweep {
+    const qni_meshed *solid;
+    const double *a, *b;
+    bool smooth, inside;
+    int64_t winding;
+    qni_crossing *crossings;
+    int32_t capacity, count;
+} sweep;
+
+static void point_at(const sweep *way, double t, double point[3]) {
+    for (int k = 0; k < 3; ++k)
+        point[k] = way->a[k] + t * (way->b[k] - way->a[k]);
+}
+
+static double excess(const sweep *way, double t, int64_t winding, double gradient[3]) {
+    double point[3];
+    point_at(way, t, point);
+    return (double)winding - qni_panel_tree_angle(&way->solid->model->caps, point, gradient) - 0.5;
+}
+
+/* What has no room goes in pairs: the last is taken back. */
+static void put(sweep *way, double at, const double normal[3], int32_t owner, bool enters) {
+    way->inside = enters;
+    if (way->count == way->capacity) {
+        way->count -= way->count > 0;
+        return;
+    }
+    qni_crossing *crossing = &way->crossings[way->count++];
+    *crossing = (qni_crossing){.at = at, .owner = owner, .enters = enters};
+    memcpy(crossing->normal, normal, sizeof crossing->normal);
+}
+
+/* Between t0 and t1 no panel is met, but the signs differ: over a hole. */
+static void put_smooth(sweep *way, double t0, double t1, const qni_hit *hits, int64_t count,
+                       bool enters) {
+    double gradient[3] = {0, 0, 0}, normal[3], back[3] = {1, 0, 0}, along[3];
+    int64_t winding = way->winding;
+    for (int step = 0; step < HALVINGS; ++step) {
+        double middle = 0.5 * (t0 + t1);
+        winding = way->winding;
+        for (int64_t n = 0; n < count; ++n)
+            winding += hits[n].at <= middle ? hits[n].change : 0;
+        if ((excess(way, middle, winding, NULL) >= 0) == enters)
+            t1 = middle;
+        else
+            t0 = middle;
+    }
+    excess(way, t0, winding, gradient); /* of the angle taken off: it grows out of the solid */
+    for (int k = 0; k < 3; ++k)
+        along[k] = enters ? way->a[k] - way->b[k] : way->b[k] - way->a[k];
+    qni_unit(along, back, back);
+    qni_unit(gradient, back, normal);
+    double facing = normal[0] * along[0] + normal[1] * along[1] + normal[2] * along[2];
+    put(way, t0, facing > 0 ? normal : back, way->solid->base.owner, enters);
+    qni_model *model = way->solid->model;
+    __atomic_add_fetch(&model->hole_crossings, 1, __ATOMIC_RELAXED);
+}
+
+/* The part from t0 to t1, on which only the caps among `hits` lie. `last` has the sign at b. */
+static void pass_open(sweep *way, double t0, double t1, const qni_hit *hits, int64_t count,
+                      const bool *last) {
+    double step = fmin(beside, 0.25 * (t1 - t0));
+    int64_t after = way->winding;
+    for (int64_t n = 0; n < count; ++n)
+        after += hits[n].change;
+    bool inside = last ? *last : excess(way, t1 - step, after, NULL) >= 0;
+    if (inside != way->inside)
+        put_smooth(way, t0, t1, hits, count, inside);
+    way->winding = after;
+}
+
+/* Hits at one place: the one whose way fits gives the normal. */
+static void pass_group(sweep *way, const qni_hit *group, int64_t count, double next) {
+    int64_t total = 0;
+    for (int64_t n = 0; n < count; ++n)
+        total += group[n].change;
+    way->winding += total;
+    double at = group[0].at, step = fmin(beside, 0.25 * (next - at));
+    bool inside = way->smooth ? excess(way, at + step, way->winding, NULL) >= 0
+                              : qni_whole_is_inside(way->solid->model, way->winding);
+    if (inside == way->inside)
+        return;
+    const qni_hit *best = NULL;
+    for (int64_t n = 0; n < count; ++n)
+        if (!group[n].cap && (!best || (group[n].change > 0) == (total > 0))) {
+            best = &group[n];
+            if ((best->change > 0) == (total > 0))
+                break;
+        }
+    double normal[3], along = 0;
+    qni_panel_normal(best->panel, normal);
+    for (int k = 0; k < 3; ++k)
+        along += normal[k] * (way->b[k] - way->a[k]);
+    for (int k = 0; k < 3; ++k)
+        normal[k] = (along > 0) == inside ? -normal[k] : normal[k];
+    put(way, best->at, normal, best->panel->owner, inside);
+}
+
+/* How near two places on the segment may come by rounding. */
+static double sameness(const qni_meshed *solid, const double a[3], const double b[3]) {
+    double size = solid->model->size, length = 0;
+    for (int k = 0; k < 3; ++k) {
+        size = fmax(size, fabs(a[k]) + fabs(b[k]));
+        length = fmax(length, fabs(b[k] - a[k]));
+    }
+    return length > 0 ? fmin(32 * QNI_EPSILON * size / length, 1e-6) : 0;
+}
+
+static int64_t group_end(const qni_hits *hits, int64_t from, double same) {
+    int64_t end = from + 1;
+    while (end < hits->count && hits->items[end].at <= hits->items[from].at + same)
+        ++end;
+    return end;
+}
+
+static void walk(sweep *way, const qni_hits *hits, double same, bool last) {
+    double before = 0;
+    int64_t caps = 0; /* the hits from here to n are of caps alone */
+    for (int64_t n = 0; n < hits->count;) {
+        if (hits->items[n].cap && way->smooth) {
+            ++n;
+            continue;
+        }
+        if (hits->items[n].cap) {
+            way->winding += hits->items[n++].change;
+            caps = n;
+            continue;
+        }
+        int64_t end = group_end(hits, n, same);
+        if (way->smooth)
+            pass_open(way, before, hits->items[n].at, hits->items + caps, n - caps, NULL);
+        pass_group(way, hits->items + n, end - n, end < hits->count ? hits->items[end].at : 1);
+        before = hits->items[end - 1].at;
+        caps = n = end;
+    }
+    if (way->smooth)
+        pass_open(way, before, 1, hits->items + caps, hits->count - caps, &last);
+}
+
+static bool sign_at(const qni_meshed *solid, const double p[3], int64_t winding, bool smooth) {
+    if (!smooth)
+        return qni_whole_is_inside(solid->model, winding);
+    return (double)winding - qni_panel_tree_angle(&solid->model->caps, p, NULL) >= 0.5;
+}
+
+qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const double b[3],
+                               int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
+    const qni_meshed *solid = (const qni_meshed *)base;
+    *count_out = 0;
+    qni_hits hits;
+    bool smooth = qni_meshed_is_smooth(solid, a) || qni_meshed_is_smooth(solid, b);
+    if (!qni_meshed_hits(solid, a, b, &hits)) {
+        qni_hits_free(&hits);
+        return QN_ERROR_OUT_OF_MEMORY;
+    }
+    if (hits.count || smooth) {
+        sweep way = {.solid = solid,
+                     .a = a,
+                     .b = b,
+                     .smooth = smooth,
+                     .crossings = crossings,
+                     .capacity = capacity};
+        way.winding = qni_meshed_winding(solid, a, NULL);
+        way.inside = sign_at(solid, a, way.winding, smooth);
+        int64_t end = way.winding;
+        for (int64_t n = 0; n < hits.count; ++n)
+            end += hits.items[n].change;
+        walk(&way, &hits, sameness(solid, a, b), sign_at(solid, b, end, smooth));
+        *count_out = way.count;
+    }
+    qni_hits_free(&hits);
+    return QN_OK;
+}

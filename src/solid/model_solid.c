@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: MIT
+/* A polygon model as a solid: distance to the nearest panel, with the sign that the winding number
+ * or the parity gives; over holes the distance to first order to where that sign changes. */
+#include "solid/model.h"
+
+#include <string.h>
+
+static void destroy(qn_solid *solid) {
+    qni_meshed *meshed = (qni_meshed *)solid;
+    qni_free(solid->context, meshed->near, meshed->near_count, sizeof *meshed->near);
+    qni_model_release(meshed->model);
+    qni_solid_free(solid, sizeof *meshed);
+}
+
+static bool usable(const double p[3]) {
+    return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);
+}
+
+static double length_of(const double v[3]) {
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* Sign, distance, and the direction in which the value grows. */
+typedef struct answer {
+    bool inside;
+    double distance;
+    double nearest[3];
+    int32_t panel;
+    bool over_hole; /* the cap's angle says more than the nearest panel */
+    double slope[3];
+} answer;
+
+static void ask(const qni_meshed *solid, const double p[3], qni_winding_at *known, answer *out) {
+    const qni_model *model = solid->model;
+    int64_t winding = qni_meshed_winding(solid, p, known);
+    double square = QNI_INFINITY;
+    out->panel = qni_panel_tree_nearest(&model->surface, p, &square, out->nearest);
+    out->distance = sqrt(square);
+    out->over_hole = false;
+    out->inside = qni_whole_is_inside(model, winding);
+    if (!qni_meshed_is_smooth(solid, p))
+        return;
+    memset(out->slope, 0, sizeof out->slope);
+    double excess = (double)winding - qni_panel_tree_angle(&model->caps, p, out->slope) - 0.5;
+    out->inside = excess >= 0;
+    double steep = length_of(out->slope), first_order = fabs(excess) / steep;
+    if (steep > 0 && first_order < out->distance) {
+        out->over_hole = true;
+        out->distance = first_order;
+    }
+}
+
+static double signed_value(const answer *a) {
+    double size = a->distance > 0 ? a->distance : QNI_TIE;
+    return a->inside ? -size : size;
+}
+
+static void start(const qni_meshed *solid, qni_winding_at *known) {
+    memcpy(known->at, solid->origin, sizeof known->at);
+    known->winding = solid->origin_winding;
+}
+
+static qn_status meshed_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                               double *values) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    qni_winding_at known;
+    start(meshed, &known);
+    for (int64_t n = 0; n < count; ++n) {
+        answer here;
+        values[n] = QNI_INFINITY;
+        if (!usable(points[n]))
+            continue;
+        ask(meshed, points[n], &known, &here);
+        values[n] = signed_value(&here);
+    }
+    return QN_OK;
+}
+
+static qn_status meshed_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                               bool *inside) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    qni_winding_at known;
+    start(meshed, &known);
+    for (int64_t n = 0; n < count; ++n) {
+        inside[n] = false;
+        if (!usable(points[n]))
+            continue;
+        int64_t winding = qni_meshed_winding(meshed, points[n], &known);
+        inside[n] = qni_whole_is_inside(meshed->model, winding);
+        if (qni_meshed_is_smooth(meshed, points[n]))
+            inside[n] =
+                (double)winding - qni_panel_tree_angle(&meshed->model->caps, points[n], NULL) >=
+                0.5;
+    }
+    return QN_OK;
+}
+
+/* On a panel: across it, to the side that is outside. */
+static void across(const qni_meshed *solid, const double p[3], const answer *here,
+                   double gradient[3]) {
+    double normal[3], step = 1e-9 * (solid->model->size + 1e-30), beside[1][3], value;
+    qni_panel_normal(&solid->model->surface.panels[here->panel], normal);
+    for (int k = 0; k < 3; ++k)
+        beside[0][k] = p[k] + step * normal[k];
+    meshed_values(&solid->base, 1, (const double(*)[3])beside, &value);
+    for (int k = 0; k < 3; ++k)
+        gradient[k] = value < 0 ? -normal[k] : normal[k];
+}
+
+static void gradient_at(const qni_meshed *solid, const double p[3], double gradient[3],
+                        int32_t *owner) {
+    answer here;
+    double away[3], up[3] = {0, 0, 1};
+    ask(solid, p, NULL, &here);
+    *owner = here.panel < 0 ? solid->base.owner : solid->model->surface.panels[here.panel].owner;
+    if (here.over_hole) {
+        qni_unit(here.slope, up, gradient);
+        return;
+    }
+    for (int k = 0; k < 3; ++k)
+        away[k] = here.inside ? here.nearest[k] - p[k] : p[k] - here.nearest[k];
+    if (here.panel >= 0 && length_of(away) <= 1e-12 * solid->model->size)
+        across(solid, p, &here, gradient);
+    else
+        qni_unit(away, up, gradient);
+}
+
+static qn_status meshed_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                  double (*gradients)[3], int32_t *owners) {
+    for (int64_t n = 0; n < count; ++n) {
+        double gradient[3] = {0, 0, 0};
+        int32_t owner = solid->owner;
+        if (usable(points[n]))
+            gradient_at((const qni_meshed *)solid, points[n], gradient, &owner);
+        if (gradients)
+            memcpy(gradients[n], gradient, sizeof gradient);
+        if (owners)
+            owners[n] = owner;
+    }
+    return QN_OK;
+}
+
+static double half_diagonal(const qni_box *box, double centre[3]) {
+    double squares = 0;
+    for (int k = 0; k < 3; ++k) {
+        centre[k] = 0.5 * (box->low[k] + box->high[k]);
+        double half = fmax(box->high[k] - centre[k], centre[k] - box->low[k]);
+        squares += half * half;
+    }
+    return sqrt(squares);
+}
+
+/* Whether the caps' angle can reach 1/2 within `reach` of a point. */
+static bool caps_matter(const qni_meshed *solid, const double centre[3], double reach) {
+    const qni_panel_tree *caps = &solid->model->caps;
+    if (caps->count == 0 || (qni_meshed_holds(solid, centre) && !solid->smooth))
+        return false;
+    if (qni_panel_tree_is_near(caps, centre, reach))
+        return true;
+    double most = fabs(qni_panel_tree_angle(caps, centre, NULL)) +
+                  reach * qni_panel_tree_slope_bound(caps, centre, reach);
+    return !(most < 0.5 - QNI_ANGLE_SLACK);
+}
+
+/* Whether the sign can change within `reach` of a point though no panel of the surface is so near:
+ * the winding number is smooth there, whatever the caps do. */
+static bool may_tear(const qni_meshed *solid, const double centre[3], double reach) {
+    const qni_panel_tree *caps = &solid->model->caps;
+    if (caps->count == 0 || (qni_meshed_holds(solid, centre) && !solid->smooth))
+        return false;
+    double excess = (double)qni_meshed_winding(solid, centre, NULL) -
+                    qni_panel_tree_angle(caps, centre, NULL) - 0.5;
+    double change = reach * qni_panel_tree_slope_bound(caps, centre, reach);
+    return !(fabs(excess) > change + QNI_ANGLE_SLACK);
+}
+
+static qn_status meshed_bounds(const qn_solid *solid, const qni_box *box, double range[2]) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    double centre[3], half = half_diagonal(box, centre);
+    if (!usable(centre) || !isfinite(half)) {
+        range[0] = -QNI_INFINITY;
+        range[1] = QNI_INFINITY;
+        return QN_OK;
+    }
+    answer here;
+    ask(meshed, centre, NULL, &here);
+    const double away[3] = {centre[0] - here.nearest[0], centre[1] - here.nearest[1],
+                            centre[2] - here.nearest[2]};
+    double distance = length_of(away), size = length_of(centre) + meshed->model->size;
+    double reach = half + 64 * QNI_EPSILON * (distance + half + size) + QNI_TIE;
+    bool torn = distance <= reach || may_tear(meshed, centre, reach);
+    range[0] = torn || here.inside ? -distance - reach : distance - reach;
+    range[1] = torn || !here.inside ? distance + reach : reach - distance;
+    if (here.over_hole || meshed->model->caps.count) { /* over holes values are nearer to 0 */
+        range[0] = range[0] > 0 ? QNI_TIE : range[0];
+        range[1] = range[1] < 0 ? -QNI_TIE : range[1];
+    }
+    return QN_OK;
+}
+
+static qn_solid *new_node(qni_model *model);
+
+typedef struct gather {
+    const qni_panel_tree *tree;
+    qni_meshed *into;
+    bool cap;
+} gather;
+
+static bool gather_one(void *user, int32_t index) {
+    gather *job = user;
+    if (job->into->near_count == QNI_NEAR_PANELS)
+        return false;
+    qni_near_panel *near = &job->into->near[job->into->near_count++];
+    const qni_panel *panel = &job->tree->panels[index];
+    near->panel = index;
+    near->cap = job->cap;
+    for (int k = 0; k < 3; ++k) {
+        float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        near->low[k] = fminf(x, fminf(y, z));
+        near->high[k] = fmaxf(x, fmaxf(y, z));
+    }
+    return true;
+}
+
+/* The panels that meet the box, when they are few. */
+static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *into) {
+    qn_context *context = from->base.context;
+    qni_near_panel room[QNI_NEAR_PANELS];
+    into->near = room;
+    gather job = {&from->model->surface, into, false};
+    bool few = qni_panel_tree_visit(job.tree, box, gather_one, &job);
+    job.tree = &from->model->caps;
+    job.cap = true;
+    few = few && qni_panel_tree_visit(job.tree, box, gather_one, &job);
+    into->near = NULL;
+    into->listed = few;
+    if (!few)
+        into->near_count = 0;
+    qni_near_panel *near = qni_alloc(context, into->near_count, sizeof *near);
+    if (!near) {
+        into->near_count = 0;
+        return false;
+    }
+    if (into->near_count)
+        memcpy(near, room, sizeof *near * (size_t)into->near_count);
+    into->near = near;
+    return true;
+}
+
+static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    double centre[3], half = half_diagonal(box, centre);
+    *solid_out = NULL;
+    if (!usable(centre) || !isfinite(half))
+        return qni_restrict_to_itself(solid, box, solid_out);
+    __atomic_add_fetch(&meshed->model->references, 1, __ATOMIC_RELAXED);
+    qni_meshed *local = (qni_meshed *)new_node(meshed->model);
+    if (!local)
+        return QN_ERROR_OUT_OF_MEMORY;
+    local->base.owner = solid->owner;
+    local->within = *box;
+    local->smooth = caps_matter(meshed, centre, half * (1 + 1e-12) + QNI_TIE);
+    bool good = list_panels(meshed, box, local);
+    local->local = true;
+    for (int k = 0; k < 3; ++k)
+        local->origin[k] = qni_tame(box->low[k]);
+    if (good && local->listed)
+        local->origin_winding = qni_meshed_winding(meshed, box->low, NULL);
+    if (!good) {
+        qn_solid_destroy(&local->base);
+        return QN_ERROR_OUT_OF_MEMORY;
+    }
+    *solid_out = &local->base;
+    return QN_OK;
+}
+
+static const qni_solid_ops meshed_ops = {
+    .destroy = destroy,
+    .values = meshed_values,
+    .gradients = meshed_gradients,
+    .bounds = meshed_bounds,
+    .crossings = qni_meshed_crossings,
+    .restrict_to = meshed_restrict,
+    .inside = meshed_inside,
+};
+
+static qn_solid *new_node(qni_model *model) {
+    qni_meshed *solid = (qni_meshed *)qni_solid_new(model->context, sizeof *solid, &meshed_ops);
+    if (!solid) {
+        qni_model_release(model);
+        return NULL;
+    }
+    solid->model = model;
+    solid->base.box = model->box;
+    return &solid->base;
+}
+
+bool qni_is_meshed(const qn_solid *solid) {
+    return solid && solid->ops == &meshed_ops;
+}
+
+qn_solid *qni_meshed_create(qni_model *model) {
+    return new_node(model);
+}

@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: MIT
+/* The tree of boxes over panels: halves by the middle panel along the longest side. */
+#include "solid/panel.h"
+
+#include <string.h>
+
+enum { LEAF = 4, MOST_LEVELS = 64 };
+/* Dipoles stand for what is farther away than this times its radius: then the sum over all of a
+ * hole's cap is right to about 1e-2, which moves the surface across the hole by that share. */
+static const double far_away = 4;
+
+bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel) {
+    if (tree->count == tree->capacity) {
+        int64_t capacity = tree->capacity + tree->capacity / 2 + (int64_t)64;
+        if (capacity > INT32_MAX / 2)
+            return false;
+        qni_panel *panels =
+            qni_realloc(context, tree->panels, tree->capacity, capacity, sizeof *panels);
+        if (!panels)
+            return false;
+        tree->panels = panels;
+        tree->capacity = (int32_t)capacity;
+    }
+    tree->panels[tree->count++] = *panel;
+    return true;
+}
+
+void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree) {
+    qni_free(context, tree->panels, tree->capacity, sizeof *tree->panels);
+    qni_free(context, tree->moments, tree->node_capacity, sizeof *tree->moments);
+    qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
+    memset(tree, 0, sizeof *tree);
+}
+
+static float middle(const qni_panel *panel, int axis) {
+    float x = panel->at[0][axis], y = panel->at[1][axis], z = panel->at[2][axis];
+    return fminf(x, fminf(y, z)) * 0.5f + fmaxf(x, fmaxf(y, z)) * 0.5f;
+}
+
+static bool before(const qni_panel *a, const qni_panel *b, int axis) {
+    float x = middle(a, axis), y = middle(b, axis);
+    return x < y || (!(y < x) && a->number < b->number);
+}
+
+/* Hoare's selection: the panels before `place` come before the one at it. No two compare equal. */
+static void split_at(qni_panel *panels, int64_t first, int64_t last, int64_t place, int axis) {
+    while (first < last) {
+        qni_panel pivot = panels[first + (last - first) / 2];
+        int64_t i = first, j = last;
+        while (i <= j) {
+            while (before(&panels[i], &pivot, axis))
+                ++i;
+            while (before(&pivot, &panels[j], axis))
+                --j;
+            if (i > j)
+                break;
+            qni_panel swap = panels[i];
+            panels[i++] = panels[j];
+            panels[j--] = swap;
+        }
+        if (place <= j)
+            last = j;
+        else if (place >= i)
+            first = i;
+        else
+            return;
+    }
+}
+
+static void measure(const qni_panel_tree *tree, qni_panel_node *node) {
+    for (int k = 0; k < 3; ++k) {
+        node->low[k] = INFINITY;
+        node->high[k] = -INFINITY;
+    }
+    for (int32_t n = node->first; n < node->first + node->count; ++n)
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) {
+                node->low[k] = fminf(node->low[k], tree->panels[n].at[i][k]);
+                node->high[k] = fmaxf(node->high[k], tree->panels[n].at[i][k]);
+            }
+}
+
+static int32_t build(qni_panel_tree *tree, int32_t first, int32_t count) {
+    int32_t index = tree->node_count++;
+    qni_panel_node *node = &tree->nodes[index];
+    node->first = first;
+    node->count = count;
+    node->second = 0;
+    measure(tree, node);
+    if (count <= LEAF)
+        return index;
+    int axis = 0;
+    for (int k = 1; k < 3; ++k)
+        if (node->high[k] - node->low[k] > node->high[axis] - node->low[axis])
+            axis = k;
+    int32_t half = count / 2;
+    split_at(tree->panels, first, first + (int64_t)count - 1, first + half, axis);
+    build(tree, first, half);
+    node->second = build(tree, first + half, count - half);
+    return index;
+}
+
+static double edge_length(const qni_panel *panel) {
+    double square = 0;
+    for (int k = 0; k < 3; ++k) {
+        double d = (double)panel->at[0][k] - (double)panel->at[1][k];
+        square += d * d;
+    }
+    return sqrt(square);
+}
+
+static double panel_area(const qni_panel *panel, double vector[3], double centre[3]) {
+    double u[3], v[3];
+    for (int k = 0; k < 3; ++k) {
+        u[k] = (double)panel->at[1][k] - (double)panel->at[0][k];
+        v[k] = (double)panel->at[2][k] - (double)panel->at[0][k];
+        centre[k] =
+            ((double)panel->at[0][k] + (double)panel->at[1][k] + (double)panel->at[2][k]) / 3;
+    }
+    for (int k = 0; k < 3; ++k)
+        vector[k] = 0.5 * (u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+    return sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+}
+
+static void sum_moments(const qni_panel_tree *tree, int32_t index) {
+    const qni_panel_node *node = &tree->nodes[index];
+    qni_moment *moment = &tree->moments[index];
+    memset(moment, 0, sizeof *moment);
+    for (int32_t n = node->first; n < node->first + node->count; ++n) {
+        double vector[3], centre[3], area = panel_area(&tree->panels[n], vector, centre);
+        moment->area += area;
+        moment->rim += edge_length(&tree->panels[n]);
+        for (int k = 0; k < 3; ++k) {
+            moment->dipole[k] += vector[k];
+            moment->centre[k] += area * centre[k];
+        }
+    }
+    double square = 0;
+    for (int k = 0; k < 3; ++k) {
+        double low = (double)node->low[k], high = (double)node->high[k];
+        moment->centre[k] =
+            moment->area > 0 ? moment->centre[k] / moment->area : 0.5 * (low + high);
+        double reach = fmax(moment->centre[k] - low, high - moment->centre[k]);
+        square += reach * reach;
+    }
+    moment->radius = sqrt(square);
+}
+
+bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_moments) {
+    if (tree->count == 0)
+        return true;
+    int64_t most = (int64_t)tree->count < 2 ? 1 : 2 * (int64_t)tree->count;
+    qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
+    tree->nodes = qni_alloc(context, most, sizeof *tree->nodes);
+    if (!tree->nodes) {
+        tree->node_capacity = 0;
+        return false;
+    }
+    tree->node_capacity = (int32_t)most;
+    tree->node_count = 0;
+    build(tree, 0, tree->count);
+    if (!with_moments)
+        return true;
+    tree->moments = qni_alloc(context, most, sizeof *tree->moments);
+    for (int32_t n = 0; tree->moments && n < tree->node_count; ++n)
+        sum_moments(tree, n);
+    return tree->moments != NULL;
+}
+
+static bool meets(const qni_panel_node *node, const qni_box *box) {
+    for (int k = 0; k < 3; ++k)
+        if ((double)node->low[k] > box->high[k] || (double)node->high[k] < box->low[k])
+            return false;
+    return true;
+}
+
+static bool panel_meets(const qni_panel *panel, const qni_box *box) {
+    for (int k = 0; k < 3; ++k) {
+        float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        if ((double)fminf(x, fminf(y, z)) > box->high[k] ||
+            (double)fmaxf(x, fmaxf(y, z)) < box->low[k])
+            return false;
+    }
+    return true;
+}
+
+bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
+                          void *user) {
+    int32_t stack[MOST_LEVELS], height = 0;
+    if (tree->count)
+        stack[height++] = 0;
+    while (height) {
+        int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        if (!meets(node, box))
+            continue;
+        if (node->second) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
+            continue;
+        }
+        for (int32_t n = node->first; n < node->first + node->count; ++n)
+            if (panel_meets(&tree->panels[n], box) && !visit(user, n))
+                return false;
+    }
+    return true;
+}
+
+static double square_to_node(const qni_panel_node *node, const double p[3]) {
+    double square = 0;
+    for (int k = 0; k < 3; ++k) {
+        double below = (double)node->low[k] - p[k], above = p[k] - (double)node->high[k];
+        double away = below > 0 ? below : above > 0 ? above : 0;
+        square += away * away;
+    }
+    return square;
+}
+
+typedef struct pending {
+    int32_t node;
+    double square;
+} pending;
+
+int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], double *square,
+                               double nearest[3]) {
+    pending stack[MOST_LEVELS];
+    int32_t height = 0, best = -1;
+    if (tree->count)
+        stack[height++] = (pending){0, square_to_node(&tree->nodes[0], p)};
+    while (height) {
+        pending here = stack[--height];
+        const qni_panel_node *node = &tree->nodes[here.node];
+        if (here.square > *square)
+            continue;
+        if (node->second) {
+            pending left = {here.node + 1, square_to_node(node + 1, p)};
+            pending right = {node->second, square_to_node(&tree->nodes[node->second], p)};
+            bool swap = left.square > right.square;
+            stack[height++] = swap ? left : right;
+            stack[height++] = swap ? right : left;
+            continue;
+        }
+        for (int32_t n = node->first; n < node->first + node->count; ++n) {
+            double at[3], each = qni_panel_nearest(&tree->panels[n], p, at);
+            bool tie = best >= 0 && !(each < *square) && !(each > *square) &&
+                       tree->panels[n].number < tree->panels[best].number;
+            if (each < *square || tie) {
+                *square = each;
+                best = n;
+                memcpy(nearest, at, sizeof at);
+            }
+        }
+    }
+    return best;
+}
+
+static double far_angle(const qni_moment *moment, const double away[3], double distance,
+                        double gradient[3]) {
+    const double turn = 4 * 3.14159265358979323846;
+    double cube = distance * distance * distance;
+    double strength =
+        moment->dipole[0] * away[0] + moment->dipole[1] * away[1] + moment->dipole[2] * away[2];
+    for (int k = 0; gradient && k < 3; ++k)
+        gradient[k] +=
+            (3 * strength * away[k] / (distance * distance) - moment->dipole[k]) / cube / turn;
+    return strength / cube / turn;
+}
+
+double qni_panel_tree_angle(const qni_panel_tree *tree, const double p[3], double gradient[3]) {
+    int32_t stack[MOST_LEVELS], height = 0;
+    double total = 0;
+    if (tree->count)
+        stack[height++] = 0;
+    while (height) {
+        int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        const qni_moment *moment = &tree->moments[index];
+        double away[3], square = 0;
+        for (int k = 0; k < 3; ++k) {
+            away[k] = moment->centre[k] - p[k];
+            square += away[k] * away[k];
+        }
+        if (square > far_away * far_away * moment->radius * moment->radius) {
+            total += far_angle(moment, away, sqrt(square), gradient);
+        } else if (node->second) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
+        } else {
+            for (int32_t n = node->first; n < node->first + node->count; ++n)
+                total += qni_panel_angle(&tree->panels[n], p, gradient);
+        }
+    }
+    return total;
+}
+
+static double distance_to_edge(const qni_panel *panel, const double p[3]) {
+    double along[3], from[3], length = 0, foot = 0, square = 0;
+    for (int k = 0; k < 3; ++k) {
+        along[k] = (double)panel->at[0][k] - (double)panel->at[1][k];
+        from[k] = p[k] - (double)panel->at[1][k];
+        length += along[k] * along[k];
+        foot += along[k] * from[k];
+    }
+    double t = length > 0 ? foot / length : 0;
+    t = t < 0 ? 0 : t > 1 ? 1 : t;
+    for (int k = 0; k < 3; ++k)
+        square += (from[k] - t * along[k]) * (from[k] - t * along[k]);
+    return sqrt(square);
+}
+
+/* A thread of current of length L at distance d makes no more than L / (4 pi d^2). */
+double qni_panel_tree_slope_bound(const qni_panel_tree *tree, const double p[3], double reach) {
+    int32_t stack[MOST_LEVELS], height = 0;
+    double total = 0;
+    if (tree->count)
+        stack[height++] = 0;
+    while (height) {
+        int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        const qni_moment *moment = &tree->moments[index];
+        double square = 0;
+        for (int k = 0; k < 3; ++k)
+            square += (moment->centre[k] - p[k]) * (moment->centre[k] - p[k]);
+        double least = sqrt(square) - moment->radius - reach;
+        if (least > moment->radius) {
+            total += moment->rim / (least * least);
+        } else if (node->second) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
+        } else {
+            for (int32_t n = node->first; n < node->first + node->count; ++n) {
+                least = distance_to_edge(&tree->panels[n], p) - reach;
+                if (!(least > 0))
+                    return QNI_INFINITY;
+                total += edge_length(&tree->panels[n]) / (least * least);
+            }
+        }
+    }
+    return total / (4 * 3.14159265358979323846);
+}
+
+static bool stop(void *user, int32_t panel) {
+    (void)user;
+    (void)panel;
+    return false;
+}
+
+bool qni_panel_tree_is_near(const qni_panel_tree *tree, const double p[3], double reach) {
+    qni_box box;
+    for (int k = 0; k < 3; ++k) {
+        box.low[k] = p[k] - reach;
+        box.high[k] = p[k] + reach;
+    }
+    return !qni_panel_tree_visit(tree, &box, stop, NULL);
+}
