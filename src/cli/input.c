@@ -17,8 +17,8 @@ static bool is_mesh_format(const char *name) {
 }
 
 static bool is_volume_ending(const char *name) {
-    static const char *const names[] = {"nii", "hdr", "img", "nrrd", "nhdr", "mha", "mhd",
-                                        "npy", "inr", "vol", "raw",  "bin",  "dat"};
+    static const char *const names[] = {"nii", "hdr", "img", "nrrd", "nhdr", "mha", "mhd", "npy",
+                                        "inr", "vol", "raw", "bin",  "dat",  "vdb", "nvdb"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; ++i)
         if (strcasecmp(name, names[i]) == 0)
             return true;
@@ -68,6 +68,12 @@ bool input_is_mesh(const cli_options *options) {
         return true;
     return !is_volume_ending(ending) && options->read.raw_size[0] == 0 &&
            starts_like_a_mesh(options->input);
+}
+
+bool input_is_volume(const cli_options *options) {
+    char ending[8];
+    input_ending(options->input, ending);
+    return options->from[0] ? !is_mesh_format(options->from) : is_volume_ending(ending);
 }
 
 int input_read_volume(cli_session *session, qn_volume **volume_out) {

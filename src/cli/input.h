@@ -8,6 +8,8 @@
 /* By --from, else by the name's ending, else by the first bytes; a file that tells nothing is a
  * volume. */
 bool input_is_mesh(const cli_options *options);
+/* By --from or the name's ending alone. */
+bool input_is_volume(const cli_options *options);
 /* The name's ending without ".gz", in lower case: "nii", "ply". "" when there is none. */
 void input_ending(const char *path, char ending[8]);
 

@@ -36,6 +36,7 @@ enum {
     OPTION_SHAPE,
     OPTION_DTYPE,
     OPTION_HEADER,
+    OPTION_GRID,
     OPTION_TO,
     OPTION_ASCII,
     OPTION_DRY_RUN,
@@ -84,10 +85,11 @@ enum {
 // clang-format off
 const cli_verb_row cli_verbs[VERB_COUNT] = {
     {"mesh", "VOLUME -o MESH [options]", "make the iso-surface of a volume as a mesh",
-     "Reads NIfTI, NRRD, MetaImage, NumPy and raw volumes; writes PLY, OBJ, STL, OFF and GLB in world coordinates, "
+     "Reads NIfTI, NRRD, MetaImage, NumPy and raw volumes, and sparse OpenVDB and NanoVDB ones; writes PLY, OBJ, STL, OFF and GLB in world coordinates, "
      "with shared vertices and faces wound counter-clockwise seen from outside.",
      "quoin mesh ct.nii.gz --iso 300 -o bone.ply\n"
      "quoin mesh ct.nii.gz --iso 300,-500 -o 'tissue_{iso}.stl'\n"
+     "quoin mesh dragon.vdb -o dragon.ply\n"
      "quoin mesh v.raw --shape 512,512,300 --dtype i16le --spacing 0.5,0.5,1.2 --iso 150 -o v.glb\n"
      "cat ct.nii.gz | quoin mesh - --from nifti --iso 300 -o - --to ply | other-program", 1, 1},
     {"csg", "MODEL -o MESH [options]", "make the surface of a solid as a mesh, its sharp edges kept, coarse where it is flat",
@@ -107,8 +109,10 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "when the largest distance is more.",
      "quoin compare model.stl remeshed.ply\n"
      "quoin compare model.stl remeshed.ply --tol 0.05 --report apart.json", 2, 2},
-    {"convert", "MESH MESH [options]", "copy a mesh into another format", NULL,
+    {"convert", "MESH MESH [options]", "copy a mesh, or a volume, into another format",
+     "Meshes become PLY, OBJ, STL, OFF or GLB; volumes become .npy or .nii, sparse ones .vdb too.",
      "quoin convert bone.ply bone.stl\n"
+     "quoin convert smoke.nvdb smoke.vdb\n"
      "quoin convert bone.ply -o bone.obj --tris", 1, 2},
     {"view", "MESH -o PICTURE.png [options]", "draw a shaded picture of a mesh, without display or GPU", NULL,
      "quoin view bone.ply -o bone.png\n"
@@ -128,10 +132,10 @@ const cli_option_row cli_option_rows[] = {
      "write a JSON report (- is stdout): input, options, counts, timings, memory and all of check"},
 
     {OPTION_ISO, 0, "iso", "V[,V...]|auto", MESH, "Surface",
-     "iso-values; auto (the default) takes the one that info suggests"},
+     "iso-values; auto (the default) takes 0 for a level set, else the one that info suggests; a fog volume wants it stated"},
     {OPTION_INSIDE, 0, "inside", "above|below|auto", MESH, NULL,
-     "which side is solid. auto takes below for signed distances (a float volume with both signs whose suggested "
-     "iso-value is 0), else above."},
+     "which side is solid. auto takes below for signed distances (a level set, or a float volume with both signs whose "
+     "suggested iso-value is 0), else above."},
     {OPTION_CLOSED, 0, "closed", "on|off", MESH | CSG, NULL,
      "on (the default) closes the surface half a voxel outside the outermost samples, or where --box cuts a solid; off leaves it open"},
     {OPTION_MANIFOLD, 0, "manifold", "on|off", MESH, NULL,
@@ -161,7 +165,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
-     "nifti, nrrd, metaimage, npy, inr, mitsuba or raw; ply, obj, stl or off. By default the name and the first bytes tell; the input - (stdin) needs it."},
+     "nifti, nrrd, metaimage, npy, inr, mitsuba, vdb, nvdb or raw; ply, obj, stl or off. By default the name and the first bytes tell; the input - (stdin) needs it."},
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
      "which placement of a NIfTI file to use; auto takes the one with the higher code"},
     {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},
@@ -170,6 +174,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_DTYPE, 0, "dtype", "TYPE", MESH | INFO, NULL,
      "raw files: u8 i8 u16 i16 u32 i32 f32 f64, with le or be for the byte order (little when left out)"},
     {OPTION_HEADER, 0, "header", "BYTES", MESH | INFO, NULL, "raw files: bytes to skip at the start (after unpacking gzip)"},
+    {OPTION_GRID, 0, "grid", "NAME", MESH | INFO | CONVERT, NULL, "OpenVDB and NanoVDB files with several grids: the one to read"},
 
     {OPTION_CHECK, 0, "check", NULL, MESH | CSG, "Checks",
      "check the mesh; exit 6 when it is not oriented, or (unless --closed off) not closed or not manifold"},
@@ -473,6 +478,11 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
         return set_size(options, row, text);
     case OPTION_FROM:
         return copy_word(row, text, options->from, sizeof options->from);
+    case OPTION_GRID:
+        if (strlen(text) >= sizeof options->read.grid)
+            return wrong(row, text, "density (at most 63 letters)");
+        memcpy(options->read.grid, text, strlen(text) + 1);
+        break;
     case OPTION_TO:
         return copy_word(row, text, options->to, sizeof options->to);
     case OPTION_FAIL_ON:

@@ -14,7 +14,7 @@
 
 static const char ISO_MARK[] = "{iso}";
 
-static bool is_writable_format(const char *name) {
+bool output_is_mesh(const char *name) {
     static const char *const names[] = {"ply", "obj", "stl", "off", "glb"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; ++i)
         if (strcasecmp(name, names[i]) == 0)
@@ -65,7 +65,7 @@ int output_check(const cli_options *options) {
     if (length > 3 && strcasecmp(options->output + length - 3, ".gz") == 0)
         return cli_usage("%s: meshes are not written as gzip: leave .gz out", options->output);
     char format[8];
-    if (!is_writable_format(output_format(options, format)))
+    if (!output_is_mesh(output_format(options, format)))
         return cli_usage("%s: cannot tell the format: end the name in .ply, .obj, .stl, .off or "
                          ".glb, or add --to",
                          options->to[0] ? options->to : options->output);

@@ -21,6 +21,8 @@ int64_t output_estimate_bytes(const cli_options *options, int64_t vertices, int6
 int output_write_mesh(cli_session *session, const qn_mesh *mesh, const char *path,
                       int64_t *bytes_out);
 /* True for the formats that hold triangles only. */
+/* The name of a format that meshes are written in. */
+bool output_is_mesh(const char *format);
 bool output_splits_quads(const char *format);
 
 #endif

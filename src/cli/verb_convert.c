@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-/* quoin convert: a mesh from one file format into another. */
+/* quoin convert: a mesh or a volume from one file format into another. */
 #include "input.h"
 #include "number.h"
 #include "output.h"
 #include "verbs.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,7 +37,31 @@ static int convert(cli_session *session, qn_mesh *mesh) {
     return exit_code;
 }
 
+static int convert_volume(cli_session *session) {
+    const cli_options *options = session->options;
+    qn_volume *volume = NULL;
+    qn_error error;
+    if (!options->output)
+        return cli_usage("where to? name the output: quoin convert %s volume.npy", options->input);
+    int exit_code = input_read_volume(session, &volume);
+    if (!exit_code)
+        exit_code = cli_fail(
+            session, qn_volume_write(session->context, volume, options->output, &error), &error);
+    if (!exit_code) {
+        const int64_t *size = qn_volume_grid(volume)->size;
+        cli_tell(session, "%s: a volume of %" PRId64 " x %" PRId64 " x %" PRId64 " samples",
+                 options->output, size[0], size[1], size[2]);
+    }
+    qn_volume_destroy(volume);
+    return exit_code;
+}
+
 int verb_convert(cli_session *session) {
+    char ending[8] = "";
+    if (session->options->output)
+        input_ending(session->options->output, ending);
+    if (input_is_volume(session->options) && !output_is_mesh(ending))
+        return convert_volume(session);
     qn_mesh *mesh = NULL;
     int exit_code = output_check(session->options);
     if (!exit_code)

@@ -29,6 +29,24 @@ static int need_statistics(mesh_job *job) {
     return exit_code;
 }
 
+static qn_sparse_class kind_of(const mesh_job *job) {
+    const qn_sparse_grid *sparse = qn_volume_sparse_grid(job->volume);
+    return sparse ? sparse->kind : QN_SPARSE_UNKNOWN;
+}
+
+/* A fog has no value that is its surface: say one that may do. */
+static int want_isovalue(mesh_job *job) {
+    char number[NUMBER_TEXT_SIZE];
+    int exit_code = need_statistics(job);
+    if (exit_code)
+        return exit_code;
+    const bool has_one = job->statistics.suggestion_count > 0;
+    return cli_usage("%s: a fog volume has no surface of its own: state the density, for example "
+                     "--iso %s (see quoin info)",
+                     job->session->options->input,
+                     has_one ? number_format_real(job->statistics.suggested, number) : "0.5");
+}
+
 /* The iso-values of the command line, or the one that the statistics suggest. */
 static int choose_isovalues(mesh_job *job) {
     const cli_options *options = job->session->options;
@@ -43,6 +61,10 @@ static int choose_isovalues(mesh_job *job) {
         memcpy(job->isovalues, options->isovalues, sizeof *job->isovalues * (size_t)job->count);
         return 0;
     }
+    if (kind_of(job) == QN_SPARSE_LEVEL_SET)
+        return 0;
+    if (kind_of(job) == QN_SPARSE_FOG)
+        return want_isovalue(job);
     int exit_code = need_statistics(job);
     if (exit_code)
         return exit_code;
@@ -68,7 +90,10 @@ static int choose_inside(mesh_job *job) {
     const cli_options *options = job->session->options;
     qn_scalar scalar = qn_volume_grid(job->volume)->scalar;
     job->inside = options->inside == INSIDE_BELOW ? QN_INSIDE_BELOW : QN_INSIDE_ABOVE;
-    if (options->inside == INSIDE_AUTO && (scalar == QN_F32 || scalar == QN_F64)) {
+    if (options->inside == INSIDE_AUTO && kind_of(job) == QN_SPARSE_LEVEL_SET) {
+        job->inside = QN_INSIDE_BELOW;
+    } else if (options->inside == INSIDE_AUTO && kind_of(job) != QN_SPARSE_FOG &&
+               (scalar == QN_F32 || scalar == QN_F64)) {
         int exit_code = need_statistics(job);
         if (exit_code)
             return exit_code;
@@ -77,7 +102,7 @@ static int choose_inside(mesh_job *job) {
     }
     bool below = job->inside == QN_INSIDE_BELOW;
     bool told_inside = options->inside == INSIDE_AUTO;
-    bool told_closed = !options->closed_given;
+    bool told_closed = !options->closed_given && !qn_volume_sparse_grid(job->volume);
     if (told_inside || told_closed)
         cli_tell(job->session, "%s%s%s%s",
                  told_inside ? below ? "solid is where the value is below the iso-value, as in "
@@ -184,7 +209,8 @@ static int finish_one(mesh_job *job, int32_t i) {
 static int misses_the_data(mesh_job *job, int32_t i, bool *misses_out) {
     const int64_t *size = qn_volume_grid(job->volume)->size;
     int64_t border = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
-    bool suspect = job->surfaces[i].quads == border && !job->session->options->open;
+    bool suspect = job->surfaces[i].quads == border && !job->session->options->open &&
+                   !qn_volume_sparse_grid(job->volume);
     *misses_out = job->surfaces[i].quads == 0;
     if (job->adaptive) { /* caps are few triangles here: a mesh of caps alone looks like any other
                           */

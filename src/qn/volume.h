@@ -163,6 +163,7 @@ typedef struct qn_volume_read_options {
     bool has_origin; /* replace the header's world position of sample (0, 0, 0) */
     double origin[3];
     qn_transform_choice transform;
+    char grid[64]; /* of a file with several grids: the name of the one to read */
 } qn_volume_read_options;
 
 static inline void qn_volume_read_options_init(qn_volume_read_options *options) {
@@ -171,7 +172,12 @@ static inline void qn_volume_read_options_init(qn_volume_read_options *options) 
 }
 
 /* Read a volume file: NIfTI-1/2 (.nii .nii.gz .hdr), NRRD (.nrrd .nhdr), MetaImage (.mha .mhd),
- * NumPy (.npy), raw (.raw .raw.gz and any other name, with options). options may be NULL.
+ * NumPy (.npy), raw (.raw .raw.gz and any other name, with options), and the sparse OpenVDB (.vdb)
+ * and NanoVDB (.nvdb). options may be NULL.
+ *
+ * Of OpenVDB and NanoVDB files scalar grids with an affine map are read: float, double, half-saved,
+ * int32, int64 (as f64, exact or refused), bool and mask (0 and 1). Vector and point grids and
+ * frustum maps are refused by name. A file with several scalar grids needs options->grid.
  *
  * QN_ERROR_INPUT             no such file, not of a known format, truncated, or a header that makes
  * no sense; the message names the file, what was found and what to do QN_ERROR_INVALID_ARGUMENT
@@ -180,6 +186,36 @@ static inline void qn_volume_read_options_init(qn_volume_read_options *options) 
 QN_API qn_status qn_volume_read(qn_context *context, const char *path,
                                 const qn_volume_read_options *options, qn_volume **volume_out,
                                 qn_error *error);
+/* What a grid of an OpenVDB or NanoVDB file is, without reading its values. */
+typedef struct qn_grid_info {
+    char name[64];
+    char type[32]; /* "float", "double", "int32", "bool", "vec3s" ... */
+    qn_sparse_class kind;
+    bool half;     /* its values are stored as 16-bit floats */
+    bool frustum;  /* its map is no affine one */
+    bool readable; /* qn_volume_read() can read it */
+} qn_grid_info;
+
+/* List the grids of a file: the first `capacity` of them in infos_out, their number in *count_out.
+ * A file of another format has none.
+ *
+ * QN_ERROR_INPUT, QN_ERROR_UNSUPPORTED as qn_volume_read() */
+QN_API qn_status qn_volume_list_grids(qn_context *context, const char *path,
+                                      qn_grid_info *infos_out, int32_t capacity,
+                                      int32_t *count_out, qn_error *error);
+
+/* Write a volume into a file, by its name's ending: .vdb (sparse f32 volumes: leaves, tiles,
+ * background, class and map), .npy (samples alone, axes x, y, z in Fortran order) or .nii (samples,
+ * map and unit). Of a sparse volume .npy and .nii get the dense box of its leaves and tiles. The
+ * file appears whole or not at all.
+ *
+ * QN_ERROR_INVALID_ARGUMENT  another ending; a .vdb of a dense volume or of other samples than f32;
+ *                            a dense box above 8 GiB, or above 32767 samples a side in .nii
+ * QN_ERROR_OUTPUT, QN_ERROR_OUT_OF_MEMORY, QN_ERROR_CANCELLED; QN_ERROR_UNSUPPORTED (.vdb without
+ * -Dopenvdb) */
+QN_API qn_status qn_volume_write(qn_context *context, const qn_volume *volume, const char *path,
+                                 qn_error *error);
+
 /* The format a volume was read from ("nifti", "nrrd" ...), "" for one made from a grid. */
 QN_API const char *qn_volume_format(const qn_volume *volume);
 

@@ -37,6 +37,38 @@ qni_reader qni_read_npy;
 qni_reader qni_read_raw;
 qni_reader qni_read_inr;
 qni_reader qni_read_mitsuba;
+qni_reader qni_read_vdb;
+
+/* A list of a file's grids: the first `capacity` of them, and their number. */
+typedef qn_status qni_lister(qni_source *source, qn_grid_info *infos_out, int32_t capacity,
+                             int32_t *count_out, qn_error *error);
+qni_lister qni_list_vdb;
+
+/* Which of a file's grids the options mean: by name, else the only one that can be read. The
+ * sentence of a failure lists the grids. */
+qn_status qni_choose_grid(const qni_source *source, const qn_grid_info *infos, int32_t count,
+                          const char *wanted, int32_t *chosen_out, qn_error *error);
+
+/* The arrays of a sparse grid, to be filled by a reader and handed over to a volume. */
+typedef struct qni_sparse_arrays {
+    qn_context *context;
+    int64_t leaf_count, tile_count;
+    size_t value_bytes; /* of a leaf */
+    int32_t (*origins)[3];
+    void *values;
+    uint64_t (*masks)[8];
+    qn_sparse_tile *tiles;
+} qni_sparse_arrays;
+
+qn_status qni_sparse_arrays_create(qn_context *context, qn_scalar scalar, int64_t leaf_count,
+                                   int64_t tile_count, qni_sparse_arrays **arrays_out,
+                                   qn_error *error);
+void qni_sparse_arrays_destroy(qni_sparse_arrays *arrays);
+/* Make a volume that owns them; they are given up in any case. */
+qn_status qni_sparse_arrays_load(const qni_source *source, qni_sparse_arrays *arrays,
+                                 qn_sparse_grid *grid, const char *format,
+                                 const qn_volume_read_options *options, qn_volume **volume_out,
+                                 qn_error *error);
 
 /* qn_volume_read() of borrowed bytes; `name` stands for the path. */
 qn_status qni_volume_read_memory(qn_context *context, const char *name, const void *bytes,

@@ -11,17 +11,19 @@
 typedef struct volume_format {
     const char *name;
     qni_reader *read;
+    qni_lister *list; /* NULL: one grid without a name */
     const char *const endings[6];
 } volume_format;
 
 static const volume_format formats[] = {
-    {"nifti", qni_read_nifti, {".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"}},
-    {"nrrd", qni_read_nrrd, {".nrrd", ".nhdr"}},
-    {"metaimage", qni_read_metaimage, {".mha", ".mhd"}},
-    {"npy", qni_read_npy, {".npy", ".npy.gz"}},
-    {"inr", qni_read_inr, {".inr", ".inr.gz"}},
-    {"mitsuba", qni_read_mitsuba, {".vol"}},
-    {"raw", qni_read_raw, {".raw", ".raw.gz", ".bin", ".dat"}},
+    {"nifti", qni_read_nifti, NULL, {".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"}},
+    {"nrrd", qni_read_nrrd, NULL, {".nrrd", ".nhdr"}},
+    {"metaimage", qni_read_metaimage, NULL, {".mha", ".mhd"}},
+    {"npy", qni_read_npy, NULL, {".npy", ".npy.gz"}},
+    {"inr", qni_read_inr, NULL, {".inr", ".inr.gz"}},
+    {"mitsuba", qni_read_mitsuba, NULL, {".vol"}},
+    {"vdb", qni_read_vdb, qni_list_vdb, {".vdb"}},
+    {"raw", qni_read_raw, NULL, {".raw", ".raw.gz", ".bin", ".dat"}},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof formats[0] };
 
@@ -62,6 +64,8 @@ static const char *format_by_bytes(const unsigned char *bytes, int64_t count) {
         return "inr";
     if (begins(bytes, count, "VOL\x03"))
         return "mitsuba";
+    if (count >= 8 && memcmp(bytes, " BDV\0\0\0", 8) == 0)
+        return "vdb";
     if (begins(bytes, count, "ObjectType") || begins(bytes, count, "NDims"))
         return "metaimage";
     return is_nifti(bytes, count) ? "nifti" : NULL;
@@ -93,7 +97,7 @@ static qn_status choose_format(qni_source *source, const qn_volume_read_options 
     if (!*format_out)
         return qni_source_fail(
             source, error,
-            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba); "
+            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba, OpenVDB); "
             "for samples without a header give --shape X,Y,Z --dtype u8");
     return QN_OK;
 }
@@ -122,9 +126,11 @@ static qn_status check_options(const qn_volume_read_options *options, qn_error *
         (options->format[0] && !format_by_name(options->format)))
         return qni_fail(
             error, QN_ERROR_INVALID_ARGUMENT,
-            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba raw",
+            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba vdb raw",
             options->format);
     QN_TRY(check_numbers(options, error));
+    if (memchr(options->grid, 0, sizeof options->grid) == NULL)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "the name of the grid has no end");
     if ((int)options->raw_scalar < 0 || options->raw_scalar >= QN_SCALAR_COUNT)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "%d is no scalar type",
                         (int)options->raw_scalar);
@@ -177,4 +183,19 @@ qn_status qni_volume_read_memory(qn_context *context, const char *name, const vo
     qni_source source;
     QN_TRY(qni_source_open_memory(context, name, bytes, size, &source, error));
     return read_and_close(&source, &own, volume_out, error);
+}
+
+qn_status qn_volume_list_grids(qn_context *context, const char *path, qn_grid_info *infos_out,
+                               int32_t capacity, int32_t *count_out, qn_error *error) {
+    qn_volume_read_options options;
+    const volume_format *format;
+    qni_source source;
+    *count_out = 0;
+    qn_volume_read_options_init(&options);
+    QN_TRY(qni_source_open(context, path, &source, error));
+    qn_status status = choose_format(&source, &options, &format, error);
+    if (status == QN_OK && format->list)
+        status = format->list(&source, infos_out, capacity, count_out, error);
+    qni_source_close(&source);
+    return status;
 }

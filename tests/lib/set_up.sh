@@ -48,6 +48,9 @@ find_missing() {
     links png.h -lpng || wanted="$wanted libpng-dev"
     links lapacke.h -llapacke || wanted="$wanted liblapacke-dev"
     links nifti/nifti2_io.h -idirafter /usr/include/nifti -lnifti2 || wanted="$wanted libnifti2-dev"
+    [ -e /usr/include/openvdb/openvdb.h ] || wanted="$wanted libopenvdb-dev g++"
+    [ -e /usr/include/nanovdb/PNanoVDB.h ] || wanted="$wanted libnanovdb-dev"
+    links blosc.h -lblosc || wanted="$wanted libblosc-dev"
     links libqhull_r/qhull_ra.h -lqhull_r -lm || wanted="$wanted libqhull-dev"
     [ "$1" = yes ] || return 0
     links cmocka.h -lcmocka || missing="$missing libcmocka-dev"
