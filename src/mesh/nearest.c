@@ -87,20 +87,24 @@ typedef struct step {
     int64_t row;
 } step;
 
-/* Squared distances to the eight boxes, never more than the true ones. */
-static void box_distances(const qni_box_row *row, const float p[3], float slack,
-                          float squared[QNI_BOX_WIDTH]) {
-    for (int k = 0; k < QNI_BOX_WIDTH; ++k)
-        squared[k] = 0;
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < QNI_BOX_WIDTH; ++k) {
-            const float below = row->low[i][k] - p[i], above = p[i] - row->high[i][k];
-            const float gap = (below > above ? below : above) - slack;
-            const float outside = gap > 0 ? gap : 0;
-            squared[k] += outside * outside;
-        }
-    for (int k = 0; k < QNI_BOX_WIDTH; ++k)
-        squared[k] *= 1 - 4 * FLT_EPSILON;
+/* How far p is outside of an interval, less the slack. */
+static inline float gap_to(float low, float high, float p, float slack) {
+    const float below = low - p, above = p - high;
+    const float gap = below > above ? below : above;
+    return (gap > slack ? gap : slack) - slack;
+}
+
+/* Squared distances to the eight boxes, never more than the true ones. One loop without branches:
+ * compilers make vectors of it. */
+static inline void box_distances(const qni_box_row *restrict row, const float p[3], float slack,
+                                 float squared[restrict QNI_BOX_WIDTH]) {
+    const float x = p[0], y = p[1], z = p[2];
+    for (int k = 0; k < QNI_BOX_WIDTH; ++k) {
+        const float dx = gap_to(row->low[0][k], row->high[0][k], x, slack);
+        const float dy = gap_to(row->low[1][k], row->high[1][k], y, slack);
+        const float dz = gap_to(row->low[2][k], row->high[2][k], z, slack);
+        squared[k] = (dx * dx + dy * dy + dz * dz) * (1 - 4 * FLT_EPSILON);
+    }
 }
 
 static void try_triangle(const qni_nearest *nearest, const double p[3], uint32_t triangle,
@@ -131,36 +135,150 @@ static int order_slots(const float squared[QNI_BOX_WIDTH], double best, int slot
     return count;
 }
 
-qni_near qni_nearest_find(const qni_nearest *nearest, const double p[3], double limit,
-                          uint32_t hint) {
-    const qni_box_tree *tree = &nearest->tree;
+/* A place as the boxes see it. */
+typedef struct seen_place {
+    float q[3], slack;
+} seen_place;
+
+static seen_place see(const qni_nearest *nearest, const double p[3]) {
     const float q[3] = {(float)p[0], (float)p[1], (float)p[2]};
-    const float slack =
-        nearest->slack + 2 * FLT_EPSILON * (fabsf(q[0]) + fabsf(q[1]) + fabsf(q[2]));
-    qni_near best = {limit, {0, 0, 0}, QNI_NO_TRIANGLE};
-    if (tree->triangle_count == 0)
-        return best;
-    if (hint != QNI_NO_TRIANGLE)
-        try_triangle(nearest, p, hint, &best);
+    const float size = fabsf(q[0]) + fabsf(q[1]) + fabsf(q[2]);
+    const seen_place seen = {{q[0], q[1], q[2]}, nearest->slack + 2 * FLT_EPSILON * size};
+    return seen;
+}
+
+/* The slots of a row that are not farther than the limit; bit k for slot k. */
+static unsigned near_slots(const qni_box_row *row, const seen_place *seen, float limit) {
+    static const uint32_t bits[QNI_BOX_WIDTH] = {1, 2, 4, 8, 16, 32, 64, 128};
+    float squared[QNI_BOX_WIDTH];
+    box_distances(row, seen->q, seen->slack, squared);
+    uint32_t mask = 0;
+    for (int k = 0; k < QNI_BOX_WIDTH; ++k)
+        mask |= (squared[k] <= limit && squared[k] < INFINITY) ? bits[k] : 0;
+    return mask;
+}
+
+/* A limit for distances in float: not less than the one in double. */
+static float limit_above(double squared) {
+    return squared < 1e38 ? (float)squared * (1 + 2 * FLT_EPSILON) : INFINITY;
+}
+
+static void search_row(const qni_nearest *nearest, const double p[3], const seen_place *seen,
+                       int64_t row, qni_near *best) {
+    unsigned mask = near_slots(&nearest->tree.rows[0][row], seen, limit_above(best->squared));
+    for (; mask; mask &= mask - 1)
+        try_triangle(nearest, p, (uint32_t)(QNI_BOX_WIDTH * row + __builtin_ctz(mask)), best);
+}
+
+/* All below one row, nearest boxes first. */
+static void search_below(const qni_nearest *nearest, const double p[3], const seen_place *seen,
+                         int level, int64_t row, qni_near *best) {
+    const qni_box_tree *tree = &nearest->tree;
     step stack[QNI_BOX_LEVELS * QNI_BOX_WIDTH];
     int depth = 0;
-    stack[depth++] = (step){0, tree->levels - 1, 0};
+    stack[depth++] = (step){0, level, row};
     while (depth > 0) {
         const step s = stack[--depth];
-        if ((double)s.squared > best.squared)
+        if ((double)s.squared > best->squared)
             continue;
-        float squared[QNI_BOX_WIDTH];
-        int slots[QNI_BOX_WIDTH];
-        box_distances(&tree->rows[s.level][s.row], q, slack, squared);
-        const int count = order_slots(squared, best.squared, slots);
         if (s.level == 0) {
-            for (int n = 0; n < count && (double)squared[slots[n]] <= best.squared; ++n)
-                try_triangle(nearest, p, (uint32_t)(QNI_BOX_WIDTH * s.row + slots[n]), &best);
+            search_row(nearest, p, seen, s.row, best);
             continue;
         }
+        float squared[QNI_BOX_WIDTH];
+        int slots[QNI_BOX_WIDTH];
+        box_distances(&tree->rows[s.level][s.row], seen->q, seen->slack, squared);
+        const int count = order_slots(squared, best->squared, slots);
         for (int n = count - 1; n >= 0; --n)
             stack[depth++] =
                 (step){squared[slots[n]], s.level - 1, QNI_BOX_WIDTH * s.row + slots[n]};
+    }
+}
+
+qni_near qni_nearest_find(const qni_nearest *nearest, const double p[3], double limit,
+                          uint32_t hint) {
+    qni_near best = {limit, {0, 0, 0}, QNI_NO_TRIANGLE};
+    if (nearest->tree.triangle_count == 0)
+        return best;
+    if (hint != QNI_NO_TRIANGLE)
+        try_triangle(nearest, p, hint, &best);
+    const seen_place seen = see(nearest, p);
+    search_below(nearest, p, &seen, nearest->tree.levels - 1, 0, &best);
+    return best;
+}
+
+/* ---- many searches near one place --------------------------------------------------------------
+ */
+
+/* The rows below those of the set that come near enough; false when they are too many. */
+static bool refine(const qni_nearest *nearest, const seen_place *seen, float limit,
+                   qni_near_set *set) {
+    const qni_box_tree *tree = &nearest->tree;
+    int64_t finer[QNI_NEAR_ROWS];
+    int count = 0;
+    for (int n = 0; n < set->count; ++n)
+        for (unsigned mask = near_slots(&tree->rows[set->level][set->rows[n]], seen, limit); mask;
+             mask &= mask - 1) {
+            if (count == QNI_NEAR_ROWS)
+                return false;
+            finer[count++] = QNI_BOX_WIDTH * set->rows[n] + __builtin_ctz(mask);
+        }
+    set->count = count;
+    --set->level;
+    for (int n = 0; n < count; ++n)
+        set->rows[n] = finer[n];
+    return true;
+}
+
+/* The boxes of the set's rows, from the level above; none is left out of a set of the root. */
+static void fetch_boxes(const qni_nearest *nearest, qni_near_set *set) {
+    const qni_box_tree *tree = &nearest->tree;
+    const bool is_root = set->level == tree->levels - 1;
+    const int room = (set->count + QNI_BOX_WIDTH - 1) / QNI_BOX_WIDTH * QNI_BOX_WIDTH;
+    for (int n = 0; n < room; ++n) {
+        qni_box_row *to = &set->boxes[n / QNI_BOX_WIDTH];
+        const int slot = n % QNI_BOX_WIDTH;
+        for (int i = 0; i < 3; ++i) {
+            to->low[i][slot] = n < set->count ? -INFINITY : INFINITY;
+            to->high[i][slot] = n < set->count ? INFINITY : -INFINITY;
+            if (n >= set->count || is_root)
+                continue;
+            const int64_t row = set->rows[n];
+            const qni_box_row *from = &tree->rows[set->level + 1][row / QNI_BOX_WIDTH];
+            to->low[i][slot] = from->low[i][row % QNI_BOX_WIDTH];
+            to->high[i][slot] = from->high[i][row % QNI_BOX_WIDTH];
+        }
+    }
+}
+
+void qni_nearest_gather(const qni_nearest *nearest, const double centre[3], double limit,
+                        qni_near_set *set) {
+    const seen_place seen = see(nearest, centre);
+    const float most = limit_above(limit);
+    set->level = nearest->tree.levels - 1;
+    set->count = nearest->tree.triangle_count > 0;
+    set->rows[0] = 0;
+    while (set->level > 0 && refine(nearest, &seen, most, set))
+        ;
+    fetch_boxes(nearest, set);
+}
+
+qni_near qni_nearest_find_among(const qni_nearest *nearest, const qni_near_set *set,
+                                const double p[3], double limit, uint32_t hint) {
+    qni_near best = {limit, {0, 0, 0}, QNI_NO_TRIANGLE};
+    if (hint != QNI_NO_TRIANGLE)
+        try_triangle(nearest, p, hint, &best);
+    const seen_place seen = see(nearest, p);
+    for (int first = 0; first < set->count; first += QNI_BOX_WIDTH) {
+        const qni_box_row *boxes = &set->boxes[first / QNI_BOX_WIDTH];
+        unsigned mask = near_slots(boxes, &seen, limit_above(best.squared));
+        for (; mask; mask &= mask - 1) {
+            const int64_t row = set->rows[first + __builtin_ctz(mask)];
+            if (set->level == 0)
+                search_row(nearest, p, &seen, row, &best);
+            else
+                search_below(nearest, p, &seen, set->level, row, &best);
+        }
     }
     return best;
 }

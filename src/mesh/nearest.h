@@ -35,6 +35,23 @@ void qni_nearest_destroy(qni_nearest *nearest);
  * `hint` is one that is likely near, or QNI_NO_TRIANGLE; it changes the time only. */
 qni_near qni_nearest_find(const qni_nearest *nearest, const double p[3], double limit,
                           uint32_t hint);
+/* Rows of the tree near a place: what many searches close to each other share. */
+enum { QNI_NEAR_ROWS = 64 };
+typedef struct qni_near_set {
+    int level; /* of the rows in the tree */
+    int count;
+    int64_t rows[QNI_NEAR_ROWS];
+    qni_box_row boxes[QNI_NEAR_ROWS / QNI_BOX_WIDTH]; /* round each of them */
+} qni_near_set;
+
+/* The rows, of as fine a level as there is room for, that come as near to `centre` as sqrt(limit).
+ */
+void qni_nearest_gather(const qni_nearest *nearest, const double centre[3], double limit,
+                        qni_near_set *set);
+/* qni_nearest_find() among the triangles of the set. */
+qni_near qni_nearest_find_among(const qni_nearest *nearest, const qni_near_set *set,
+                                const double p[3], double limit, uint32_t hint);
+
 /* The point of triangle a, b, c nearest to p, and its squared distance. */
 double qni_triangle_distance(const double p[3], const float a[3], const float b[3],
                              const float c[3], double point[3]);

@@ -8,6 +8,7 @@
 #include <qn/solid.h>
 #include <qn/surface.h>
 #include <qn/mesh.h>
+#include <qn/band.h>
 #include <qn/solid.h>
 
 #endif

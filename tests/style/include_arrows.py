@@ -18,6 +18,7 @@ ALLOWED = {
     "view": {"mesh", "core"},
     "face": {"core"},
     "solid": {"core", "volume", "mesh"},
+    "band": {"solid", "mesh", "volume", "core"},
     "hermite": {"solid", "volume", "core"},
     "octree": {"hermite", "core"},
     "cms": {"octree", "face", "hermite", "mesh", "core"},
