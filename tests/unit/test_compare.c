@@ -107,6 +107,11 @@ static double brute_force(const qni_nearest *nearest, const double p[3]) {
     return (double)sqrtl(best);
 }
 
+static void assert_same(const qni_near *a, const qni_near *b) {
+    assert_true(a->squared == b->squared && a->triangle == b->triangle);
+    assert_memory_equal(a->point, b->point, sizeof a->point);
+}
+
 static void try_soup(test_random *random, int64_t count, double far) {
     qn_context *context = test_context(1);
     qn_mesh *mesh = random_soup(context, random, count, far);
@@ -122,13 +127,23 @@ static void try_soup(test_random *random, int64_t count, double far) {
         const double slack = 1e-12 * (1 + fabs(far));
         assert_true(fabs(sqrt(near.squared) - expected) <= slack);
         const qni_near hinted = qni_nearest_find(&nearest, p, INFINITY, hint);
-        assert_memory_equal(&near, &hinted, sizeof near);
+        assert_same(&near, &hinted);
         const double limit = expected * (test_random_unit(random) + 0.5);
         const qni_near limited = qni_nearest_find(&nearest, p, limit * limit, QNI_NO_TRIANGLE);
         if (limit > expected + slack)
-            assert_memory_equal(&near, &limited, sizeof near);
+            assert_same(&near, &limited);
         else if (limit < expected - slack)
             assert_int_equal(limited.triangle, QNI_NO_TRIANGLE);
+        double centre[3], away = 0;
+        for (int i = 0; i < 3; ++i) {
+            centre[i] = p[i] + 0.2 * (test_random_unit(random) - 0.5);
+            away += (centre[i] - p[i]) * (centre[i] - p[i]);
+        }
+        away = (expected + sqrt(away)) * 1.001;
+        qni_near_set set;
+        qni_nearest_gather(&nearest, centre, away * away, &set);
+        const qni_near among = qni_nearest_find_among(&nearest, &set, p, INFINITY, hint);
+        assert_same(&near, &among);
         hint = near.triangle;
     }
     qni_nearest_destroy(&nearest);
