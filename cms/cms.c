@@ -255,6 +255,9 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->multiple_cells += tally->multiple_cells;
         report->moved_loops += tally->moved_loops;
         report->nested_cells += tally->nested_cells;
+        report->tubes += tally->tubes;
+        report->nested_tubes += tally->nested_tubes;
+        report->lost_tubes += tally->lost_tubes;
         report->unresolved_cells += tally->unresolved_cells + faces->unresolved_faces;
     }
 }

@@ -46,6 +46,7 @@ typedef struct qni_cms_tally {
     int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
     int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
     int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
+    int64_t tubes, nested_tubes, lost_tubes;
 } qni_cms_tally;
 
 /* A point inside a face where a segment bends: a sharp feature, or a bend that keeps it off an
@@ -175,9 +176,24 @@ qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tall
 void qni_patch_fan(qni_patch *patch, qni_loop *loop);
 bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force);
 qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally);
-/* Nested boxes (nest.c): in theory always apart; `attempt` varies their sizes. False when it cannot
- * be built. */
-bool qni_patch_nest(qni_patch *patch, int attempt);
+/* Nested boxes (nest.c): in theory always apart; `attempt` varies their sizes. `tube`: two loops to
+ * be joined, or NULL. False when it cannot be built. */
+bool qni_patch_nest(qni_patch *patch, const int *tube, int attempt);
+/* A loop without triangles: another one of the same tube has them all. */
+static inline void qni_patch_drop_loop(qni_patch *patch, int loop) {
+    patch->loops[loop].has_apex = false;
+    patch->loops[loop].triangle_count = 0;
+    patch->loops[loop].triangle_first = (int32_t)patch->triangle_count;
+}
+/* Do any two triangles of the patch meet beyond the vertices they share? (separate.c) */
+bool qni_patch_meets_itself(const qni_patch *patch);
+/* Loops without their features: own vertices only, or fans from their means. */
+void qni_patch_rebuild_simply(qni_patch *patch, qni_loop *loop, bool fan);
+/* Two loops of a cell that are one tube (tube.c): whether there are, and their triangles. False
+ * from the second when no way without a crossing was found. */
+bool qni_patch_find_tube(qni_patch *patch, int tube[2], double middle[3]);
+bool qni_patch_make_tube(qni_patch *patch, const int tube[2], const double middle[3],
+                         qni_cms_tally *tally);
 qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally);
 const float *qni_patch_place(const qni_patch *patch, int32_t vertex);
 /* A float strictly between the walls, as near to the value as can be. */

@@ -68,19 +68,21 @@ static void apex_to_mean(const qni_patch *patch, qni_loop *loop) {
         loop->apex[k] = qni_between(mean[k], patch->clear_low[k], patch->clear_high[k]);
 }
 
+void qni_patch_rebuild_simply(qni_patch *patch, qni_loop *loop, bool fan) {
+    apex_to_mean(patch, loop);
+    if (fan || !qni_patch_flat(patch, loop, true))
+        qni_patch_fan(patch, loop);
+}
+
 /* Own vertices only where that works, or fans from the loops' means. */
 static void rebuild_simply(qni_patch *patch, bool fans) {
     patch->triangle_count = 0;
-    for (int64_t n = 0; n < patch->loop_count; ++n) {
-        qni_loop *loop = &patch->loops[n];
-        apex_to_mean(patch, loop);
-        if (fans || !qni_patch_flat(patch, loop, true))
-            qni_patch_fan(patch, loop);
-    }
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        qni_patch_rebuild_simply(patch, &patch->loops[n], fans);
 }
 
 /* Inner points are rounded, so that even the last way is tested whole: pairs of one loop too. */
-static bool any_meet(const qni_patch *patch) {
+bool qni_patch_meets_itself(const qni_patch *patch) {
     for (int64_t s = 0; s < patch->triangle_count; ++s)
         for (int64_t t = s + 1; t < patch->triangle_count; ++t)
             if (triangles_meet(patch, patch->triangles[s], patch->triangles[t]))
@@ -92,6 +94,13 @@ qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally) {
     if (patch->loop_count < 2)
         return QN_OK;
     ++tally->multiple_cells;
+    int tube[2];
+    double middle[3];
+    if (qni_patch_find_tube(patch, tube, middle)) {
+        if (qni_patch_make_tube(patch, tube, middle, tally))
+            return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+        rebuild_simply(patch, false);
+    }
     if (!loops_meet(patch))
         return QN_OK;
     tally->moved_loops += patch->loop_count;
@@ -101,7 +110,7 @@ qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally) {
             return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
     }
     for (int attempt = 0; attempt < NEST_ATTEMPTS && !patch->failed; ++attempt)
-        if (qni_patch_nest(patch, attempt) && !any_meet(patch)) {
+        if (qni_patch_nest(patch, NULL, attempt) && !qni_patch_meets_itself(patch)) {
             ++tally->nested_cells;
             return QN_OK;
         }

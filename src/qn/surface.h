@@ -185,6 +185,9 @@ typedef struct qn_solid_surface_report {
     int64_t vertices, triangles, crease_edges;
     int64_t output_bytes, scratch_bytes;
     double seconds_sampling, seconds_octree, seconds_cms, seconds_total;
+    int64_t tubes;        /* cells where two loops are one tube (internal ambiguity) */
+    int64_t nested_tubes; /* those of them that took the last resort, nested boxes */
+    int64_t lost_tubes; /* tubes for which no way without a crossing was found: left as two discs */
     bool rounded; /* a volume whose matrix is oblique, or whose coordinates are large for its cells:
                    * vertices were rounded to floats again when they were moved to the world */
 } qn_solid_surface_report;

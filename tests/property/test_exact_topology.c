@@ -3,8 +3,7 @@
  * surface, found by cutting the lattice's cells finely; it stays a 2-manifold of quads with right
  * halfedges, the same for any thread count. */
 #include "lib/random_volume.h"
-#include "lib/refined_cell.h"
-#include "lib/test_volume.h"
+#include "lib/trilinear_topology.h"
 
 static qn_mesh *surface(qn_context *context, const test_field *field, qn_topology topology,
                         bool halfedges, qn_surface_report *report) {
@@ -30,121 +29,21 @@ static qn_mesh_report check(qn_context *context, const qn_mesh *mesh) {
     return report;
 }
 
-/* ---- the trilinear surface of a closed field ------------------------------------------------- */
-
-typedef struct topology {
-    int64_t components, euler, tunnels;
-} topology;
-
-static int find(int *parent, int i) {
-    while (parent[i] != i)
-        i = parent[i] = parent[parent[i]];
-    return i;
-}
-
-/* Lattice points carry values less iso, below 0 where they are outside. */
-typedef struct lattice {
-    int size[3];
-    double *value;
-} lattice;
-
-static int point(const lattice *l, int x, int y, int z) {
-    return (z * l->size[1] + y) * l->size[0] + x;
-}
-
-static lattice make_lattice(const test_field *field) {
-    lattice l = {{(int)field->size[0] + 2, (int)field->size[1] + 2, (int)field->size[2] + 2}, NULL};
-    l.value = test_alloc((size_t)l.size[0] * (size_t)l.size[1] * (size_t)l.size[2], sizeof(double));
-    for (int z = 0; z < l.size[2]; ++z)
-        for (int y = 0; y < l.size[1]; ++y)
-            for (int x = 0; x < l.size[0]; ++x) {
-                const double value = test_field_distance(field, x - 1, y - 1, z - 1);
-                l.value[point(&l, x, y, z)] =
-                    value == 0 && !test_field_above(field, x - 1, y - 1, z - 1) ? -1e-200 : value;
-            }
-    return l;
-}
-
-/* Edges and face segments of the lattice, less and more: the Euler characteristic of the surface's
- * net on the faces. */
-static int64_t net_euler(const lattice *l) {
-    int64_t euler = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
-        const int step[3] = {1, l->size[0], l->size[0] * l->size[1]};
-        for (int z = 0; z < l->size[2]; ++z)
-            for (int y = 0; y < l->size[1]; ++y)
-                for (int x = 0; x < l->size[0]; ++x) {
-                    const int at[3] = {x, y, z};
-                    const double *v = l->value + point(l, x, y, z);
-                    if (at[axis] + 1 < l->size[axis])
-                        euler += (v[0] >= 0) != (v[step[axis]] >= 0);
-                    if (at[p] + 1 == l->size[p] || at[q] + 1 == l->size[q])
-                        continue;
-                    const bool s[4] = {v[0] >= 0, v[step[p]] >= 0, v[step[p] + step[q]] >= 0,
-                                       v[step[q]] >= 0};
-                    euler -=
-                        ((s[0] != s[1]) + (s[1] != s[2]) + (s[2] != s[3]) + (s[3] != s[0])) / 2;
-                }
-    }
-    return euler;
-}
-
-/* Cells with several polygons are cut into `cuts` boxes a side. */
-static topology topology_of(const lattice *l, int cuts) {
-    const int points = l->size[0] * l->size[1] * l->size[2];
-    topology result = {-1, net_euler(l), 0};
-    int *parent = test_alloc((size_t)points, sizeof *parent);
-    for (int i = 0; i < points; ++i)
-        parent[i] = i;
-    for (int z = 0; z + 1 < l->size[2]; ++z)
-        for (int y = 0; y + 1 < l->size[1]; ++y)
-            for (int x = 0; x + 1 < l->size[0]; ++x) {
-                double d[8];
-                int corner[8];
-                for (int c = 0; c < 8; ++c) {
-                    corner[c] = point(l, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
-                    d[c] = l->value[corner[c]];
-                }
-                test_refined cell = test_refine_cell(d, 1);
-                const int polygons = cell.surfaces;
-                if (polygons > 1)
-                    cell = test_refine_cell(d, cuts);
-                result.tunnels += polygons - cell.surfaces;
-                result.euler += cell.euler;
-                for (int a = 0; a < 8; ++a)
-                    for (int b = 0; b < a; ++b)
-                        if (cell.region[a] == cell.region[b])
-                            parent[find(parent, corner[a])] = find(parent, corner[b]);
-            }
-    for (int i = 0; i < points; ++i)
-        result.components += find(parent, i) == i;
-    free(parent);
-    return result;
-}
-
 /* ---- claims ---------------------------------------------------------------------------------- */
 
 typedef struct agreement {
     int64_t grids, exact, discs, tunnels, late;
 } agreement;
 
-static bool agree(const topology *t, const qn_mesh_report *mesh) {
-    return t->components == mesh->components && t->euler == mesh->euler_characteristic;
-}
-
 static void compare_grid(qn_context *context, const test_field *field, agreement *sum) {
     qn_surface_report report;
     qn_mesh *exact = surface(context, field, QN_TOPOLOGY_EXACT, false, &report);
     qn_mesh *discs = surface(context, field, QN_TOPOLOGY_DISCS, false, NULL);
     const qn_mesh_report of_exact = check(context, exact), of_discs = check(context, discs);
-    lattice l = make_lattice(field);
-    topology found = topology_of(&l, 9);
-    for (int cuts = 32; !agree(&found, &of_exact) && cuts < 200; cuts = 2 * cuts + 1) {
-        found = topology_of(&l, cuts);
-        sum->late += cuts > 32;
-    }
-    if (!agree(&found, &of_exact))
+    bool late;
+    const test_topology found = test_trilinear_topology(field, &of_exact, &late);
+    sum->late += late;
+    if (!test_topology_agrees(&found, &of_exact))
         print_message("%s: mesh of %lld pieces, Euler %lld, %lld tunnels; by brute force %lld "
                       "pieces, Euler %lld, %lld tunnels\n",
                       field->name, (long long)of_exact.components,
@@ -152,10 +51,9 @@ static void compare_grid(qn_context *context, const test_field *field, agreement
                       (long long)found.components, (long long)found.euler,
                       (long long)found.tunnels);
     ++sum->grids;
-    sum->exact += agree(&found, &of_exact);
-    sum->discs += agree(&found, &of_discs);
+    sum->exact += test_topology_agrees(&found, &of_exact);
+    sum->discs += test_topology_agrees(&found, &of_discs);
     sum->tunnels += report.tunnels;
-    free(l.value);
     qn_mesh_destroy(exact);
     qn_mesh_destroy(discs);
 }
