@@ -17,12 +17,6 @@ static int find_verb(const char *name) {
 }
 
 static int unknown_verb(const char *name) {
-    static const char *const later[] = {"remesh"};
-    for (int i = 0; i < 1; ++i)
-        if (strcmp(name, later[i]) == 0) {
-            cli_say("'%s' is not built in yet; 'quoin help' lists what is", name);
-            return CLI_UNSUPPORTED;
-        }
     const char *names[VERB_COUNT];
     for (int verb = 0; verb < VERB_COUNT; ++verb)
         names[verb] = cli_verbs[verb].name;
@@ -32,10 +26,10 @@ static int unknown_verb(const char *name) {
     if (name[0] != '-' && access(name, F_OK) == 0)
         return cli_usage("'%s' is a file: a verb comes first, for example 'quoin info %s'", name,
                          name);
-    return cli_usage(
-        "'%s' is not a verb; they are mesh, csg, info, check, compare, convert, view ('quoin help' "
-        "tells more)",
-        name);
+    return cli_usage("'%s' is not a verb; they are mesh, csg, remesh, info, check, compare, "
+                     "convert, view ('quoin help' "
+                     "tells more)",
+                     name);
 }
 
 static int print_version(void) {
@@ -59,8 +53,9 @@ static int run_help(const cli_options *options) {
 }
 
 static int run_verb(const cli_options *options) {
-    static int (*const verbs[])(cli_session *) = {verb_mesh,    verb_csg,     verb_info, verb_check,
-                                                  verb_compare, verb_convert, verb_view};
+    static int (*const verbs[])(cli_session *) = {verb_mesh,    verb_csg,   verb_remesh,
+                                                  verb_info,    verb_check, verb_compare,
+                                                  verb_convert, verb_view};
     cli_session session;
     int exit_code = cli_session_open(&session, options);
     if (!exit_code)

@@ -51,6 +51,9 @@ enum {
     OPTION_EDGES,
     OPTION_FLAT,
     OPTION_DEPTH,
+    OPTION_DIM,
+    OPTION_VOXEL,
+    OPTION_SIGN,
     OPTION_BASE,
     OPTION_TOLERANCE,
     OPTION_CREASE,
@@ -73,13 +76,14 @@ enum {
 enum {
     MESH = 1 << VERB_MESH,
     CSG = 1 << VERB_CSG,
+    REMESH = 1 << VERB_REMESH,
     INFO = 1 << VERB_INFO,
     CHECK = 1 << VERB_CHECK,
     COMPARE = 1 << VERB_COMPARE,
     CONVERT = 1 << VERB_CONVERT,
     VIEW = 1 << VERB_VIEW,
     HELP = 1 << VERB_HELP,
-    WORK = MESH | CSG | INFO | CHECK | COMPARE | CONVERT | VIEW
+    WORK = MESH | CSG | REMESH | INFO | CHECK | COMPARE | CONVERT | VIEW
 };
 
 // clang-format off
@@ -96,6 +100,12 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "Reads .csg (OpenSCAD) and .vm (expressions, one operation a line). The mesh is closed, 2-manifold and free of self-intersections.",
      "quoin csg bracket.csg -o bracket.stl\n"
      "quoin csg bracket.csg --depth 9 --tol 0.01 --smooth-primitives -o bracket.ply", 1, 1},
+    {"remesh", "MODEL -o MESH [options]", "make the surface of a polygon model anew, sharp edges kept, whatever is broken in it",
+     "Reads PLY, OBJ, STL and OFF: triangles, quads and polygons. Parts that overlap become one, holes are closed, faces that are turned "
+     "the wrong way are turned. The mesh is closed, 2-manifold and free of self-intersections.",
+     "quoin remesh scan.stl -o clean.stl\n"
+     "quoin remesh part.obj --voxel 0.2 --crease 20 -o part.ply --check\n"
+     "quoin remesh broken.ply --dim 256 --sign winding -o whole.ply --report broken.json", 1, 1},
     {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
      "quoin info ct.nii.gz\n"
      "quoin info --json ct.nii.gz", 1, 1},
@@ -121,14 +131,14 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
 };
 
 const cli_option_row cli_option_rows[] = {
-    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CSG | CONVERT | VIEW, "Output",
+    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CSG | REMESH | CONVERT | VIEW, "Output",
      "the file to write; - is stdout (then --to is needed). With several iso-values the name holds {iso}."},
-    {OPTION_TO, 0, "to", "FORMAT", MESH | CSG | CONVERT, NULL,
+    {OPTION_TO, 0, "to", "FORMAT", MESH | CSG | REMESH | CONVERT, NULL,
      "ply, obj, stl, off or glb, whatever the file is called"},
-    {OPTION_ASCII, 0, "ascii", NULL, MESH | CSG | CONVERT, NULL, "PLY and STL as text instead of binary"},
+    {OPTION_ASCII, 0, "ascii", NULL, MESH | CSG | REMESH | CONVERT, NULL, "PLY and STL as text instead of binary"},
     {OPTION_NO_NORMALS, 0, "no-normals", NULL, MESH | CONVERT, NULL, "leave the vertex normals out"},
     {OPTION_JSON, 0, "json", NULL, INFO | CHECK | COMPARE, NULL, "print JSON on stdout instead of a table"},
-    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | CHECK | COMPARE, NULL,
+    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | REMESH | CHECK | COMPARE, NULL,
      "write a JSON report (- is stdout): input, options, counts, timings, memory and all of check"},
 
     {OPTION_ISO, 0, "iso", "V[,V...]|auto", MESH, "Surface",
@@ -136,7 +146,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_INSIDE, 0, "inside", "above|below|auto", MESH, NULL,
      "which side is solid. auto takes below for signed distances (a level set, or a float volume with both signs whose "
      "suggested iso-value is 0), else above."},
-    {OPTION_CLOSED, 0, "closed", "on|off", MESH | CSG, NULL,
+    {OPTION_CLOSED, 0, "closed", "on|off", MESH | CSG | REMESH, NULL,
      "on (the default) closes the surface half a voxel outside the outermost samples, or where --box cuts a solid; off leaves it open"},
     {OPTION_MANIFOLD, 0, "manifold", "on|off", MESH, NULL,
      "on (the default) takes edges of four faces apart, so that a closed mesh is a 2-manifold; off leaves them"},
@@ -153,15 +163,21 @@ const cli_option_row cli_option_rows[] = {
      "leave the vertices made by --simplify between the two they replace instead of putting them back onto the surface"},
     {OPTION_RELAX, 0, "relax", "N", MESH, NULL,
      "N sweeps that slide the vertices along the surface towards squarer quads (0); 3 to 5 do most of it"},
-    {OPTION_MODE, 0, "mode", "dmc|cms", MESH, NULL, "the surfacer: dmc, dual marching cubes (the default), or cms, adaptive cubical marching squares: triangles, few where it is flat"},
+    {OPTION_MODE, 0, "mode", "dmc|cms", MESH | REMESH, NULL, "the surfacer: dmc, dual marching cubes (the default), or cms, adaptive cubical marching squares: triangles, few where it is flat"},
 
-    {OPTION_DEPTH, 0, "depth", "D", CSG, "Surface of a solid (csg, mesh --mode cms)", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
-    {OPTION_BASE, 0, "base", "N", MESH | CSG, NULL, "coarsest cells along the longest axis, a power of two (8)"},
-    {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
-    {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG, NULL, "normals that differ by more make a sharp edge (30)"},
+    {OPTION_DEPTH, 0, "depth", "D", CSG | REMESH, "Surface of a solid (csg, remesh, mesh --mode cms)", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
+    {OPTION_DIM, 0, "dim", "N", REMESH, NULL, "so many finest cells along the model's longest side, instead of --depth"},
+    {OPTION_VOXEL, 0, "voxel", "LENGTH", REMESH, NULL, "the size of the finest cells, instead of --depth"},
+    {OPTION_SIGN, 0, "sign", "auto|parity|winding", REMESH, NULL,
+     "what says which side is inside. winding: the winding number is not 0, or where the model is open the generalized one is 1/2 or more; "
+     "parity: behind an odd number of faces, holes closed by flat fans; auto (the default): winding, and parity where faces are closed "
+     "but cannot be made to agree."},
+    {OPTION_BASE, 0, "base", "N", MESH | CSG | REMESH, NULL, "coarsest cells along the longest axis, a power of two (8)"},
+    {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | REMESH | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
+    {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG | REMESH, NULL, "normals that differ by more make a sharp edge (30)"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
-    {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG, NULL, "plain marching cubes: no sharp edges"},
-    {OPTION_UNIFORM, 0, "uniform", NULL, MESH | CSG, NULL, "finest cells only"},
+    {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG | REMESH, NULL, "plain marching cubes: no sharp edges"},
+    {OPTION_UNIFORM, 0, "uniform", NULL, MESH | CSG | REMESH, NULL, "finest cells only"},
     {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
@@ -176,12 +192,12 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_HEADER, 0, "header", "BYTES", MESH | INFO, NULL, "raw files: bytes to skip at the start (after unpacking gzip)"},
     {OPTION_GRID, 0, "grid", "NAME", MESH | INFO | CONVERT, NULL, "OpenVDB and NanoVDB files with several grids: the one to read"},
 
-    {OPTION_CHECK, 0, "check", NULL, MESH | CSG, "Checks",
+    {OPTION_CHECK, 0, "check", NULL, MESH | CSG | REMESH, "Checks",
      "check the mesh; exit 6 when it is not oriented, or (unless --closed off) not closed or not manifold"},
-    {OPTION_FAIL_ON, 0, "fail-on", "LIST", MESH | CSG | CHECK, NULL,
+    {OPTION_FAIL_ON, 0, "fail-on", "LIST", MESH | CSG | REMESH | CHECK, NULL,
      "the faults that make the exit code 6, out of open, nonmanifold, orientation, intersect, degenerate, duplicate, "
      "nonfinite; or all, or none"},
-    {OPTION_DRY_RUN, 0, "dry-run", NULL, MESH | CSG, NULL, "count and estimate memory and file size; write no mesh"},
+    {OPTION_DRY_RUN, 0, "dry-run", NULL, MESH | CSG | REMESH, NULL, "count and estimate memory and file size; write no mesh"},
 
     {OPTION_SAMPLES, 0, "samples", "N", COMPARE, "Distances", "points on each mesh, beside its vertices (100000)"},
 
@@ -356,6 +372,10 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         break;
     case OPTION_MODE:
         options->cms = index == 1;
+        options->dmc = index == 0;
+        break;
+    case OPTION_SIGN:
+        options->sign = (qn_mesh_sign)index;
         break;
     case OPTION_DEVICE:
         if (index == 2) {
@@ -523,6 +543,11 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
         good = set_whole(row, text, INT64_C(1000000000), "100000 (1 to 1000000000)", &whole);
         options->samples = whole;
         return good && (whole >= 1 || wrong(row, text, "100000 (1 to 1000000000)"));
+    case OPTION_VOXEL:
+        return set_positive(row, text, "0.2 (a length above 0)", &options->voxel);
+    case OPTION_DIM:
+        good = set_whole(row, text, (1 << QN_MAX_DEPTH) - 3, "128 (5 to 4093)", &options->cells);
+        return good && (options->cells >= 5 || wrong(row, text, "128 (5 to 4093)"));
     case OPTION_DEPTH:
         good = set_whole(row, text, QN_MAX_DEPTH, "7 (3 to 12)", &whole);
         options->solid.depth = (int32_t)whole;
@@ -542,7 +567,7 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
 static bool is_choice(const cli_option_row *row) {
     return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
            row->id == OPTION_TOPOLOGY || row->id == OPTION_TRANSFORM ||
-           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_DEVICE;
+           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_SIGN || row->id == OPTION_DEVICE;
 }
 
 static int apply(cli_options *options, const cli_option_row *row, const char *text) {

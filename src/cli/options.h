@@ -8,6 +8,7 @@
 typedef enum cli_verb {
     VERB_MESH,
     VERB_CSG,
+    VERB_REMESH,
     VERB_INFO,
     VERB_CHECK,
     VERB_COMPARE,
@@ -75,6 +76,10 @@ typedef struct cli_options {
     bool edges, flat;
     qn_solid_surface_options solid; /* of csg */
     bool smooth_primitives;
+    qn_mesh_sign sign; /* of remesh */
+    int64_t cells;     /* along the longest side; 0: by depth */
+    double voxel;      /* size of a cell; 0: by depth */
+    bool dmc;          /* --mode dmc was given */
     bool man, completion;
 } cli_options;
 

@@ -301,8 +301,7 @@ int verb_mesh(cli_session *session) {
     job.session = session;
     if (input_is_mesh(session->options))
         return cli_usage(
-            "%s: that is a mesh already; 'quoin mesh' wants a volume (remeshing is not "
-            "built in yet)",
+            "%s: that is a mesh already; 'quoin mesh' wants a volume, 'quoin remesh' a mesh",
             session->options->input);
     int exit_code = run(&job);
     release(&job);

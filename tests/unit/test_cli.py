@@ -360,6 +360,23 @@ class ExitCodes(Case):
         self.assertEqual(done.returncode, 5, done.stderr)
         self.assertEqual(self.left(), ["sphere.npy"])
 
+    def test_remesh(self):
+        self.quoin("mesh", "sphere.npy", "--iso", "6", "-o", "ball.stl")
+        out, _ = self.quoin("remesh", "ball.stl", "-o", "a.ply", "--dim", "20", "--check", "--report", "-")
+        report = json.loads(out)
+        self.assertTrue(report["model"]["closed"])
+        self.assertEqual(report["model"]["sign"], "winding")
+        self.assertEqual(report["check"]["self_intersections"], 0)
+        self.quoin("remesh", "ball.stl", "-o", "b.ply", "--voxel", "1", "--sign", "parity", "-q")
+        self.quoin("check", "b.ply")
+        self.quoin("remesh", "ball.stl", "-o", "c.ply", "--depth", "4", "--dry-run")
+        _, err = self.quoin("remesh", "ball.stl", "-o", "c.ply", "--voxel", "1e-4", code=2)
+        self.assertIn("larger", err)
+        _, err = self.quoin("remesh", "ball.stl", "-o", "c.ply", "--sign", "odd", code=2)
+        self.assertIn("auto|parity|winding", err)
+        self.quoin("remesh", "none.stl", "-o", "c.ply", code=3)
+        self.assertEqual(self.left(), ["a.ply", "b.ply", "ball.stl", "sphere.npy"])
+
     def test_6_quality(self):
         self.quoin("mesh", "sphere.npy", "--iso", "6", "--closed", "off", "-o", "open.ply", "--check")
         _, err = self.quoin("mesh", "sphere.npy", "--iso", "6", "--closed", "off", "-o", "open.ply",
@@ -372,7 +389,7 @@ class ExitCodes(Case):
         self.quoin("check", "open.ply", "--fail-on", "all", code=6)
 
     def test_7_not_built_in(self):
-        for arguments in (("remesh", "a.ply"),
+        for arguments in (("remesh", "sphere.npy", "-o", "a.ply", "--mode", "dmc"),
                           ("mesh", "sphere.npy", "-o", "a.ply", "--device", "cuda")):
             _, err = self.quoin(*arguments, code=7)
             self.assertIn("not built in", err)

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+/* What csg and remesh share: a solid's surface by Cubical Marching Squares, checked, written, told.
+ */
+#ifndef CLI_SOLID_JOB_H
+#define CLI_SOLID_JOB_H
+
+#include "report.h"
+#include "session.h"
+
+typedef struct solid_job {
+    cli_session *session;
+    const char *verb;
+    qn_solid *solid;
+    qn_mesh *mesh;
+    qn_solid_surface_options surface_options;
+    qn_solid_surface_report surface;
+    qn_mesh_report check;
+    bool checked;
+    uint32_t failed; /* faults that count and are there */
+    double seconds_read, seconds_check, seconds_write;
+    int64_t bytes;
+    json_t *input; /* more of the report, or NULL; dropped by solid_job_end() */
+} solid_job;
+
+void solid_job_start(solid_job *job, cli_session *session, const char *verb);
+/* From job->solid to the file and the report. Returns an exit code after having said what is wrong.
+ */
+int solid_job_run(solid_job *job);
+void solid_job_end(solid_job *job);
+
+#endif
