@@ -567,7 +567,8 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
 static bool is_choice(const cli_option_row *row) {
     return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
            row->id == OPTION_TOPOLOGY || row->id == OPTION_TRANSFORM ||
-           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_SIGN || row->id == OPTION_DEVICE;
+           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_SIGN ||
+           row->id == OPTION_DEVICE;
 }
 
 static int apply(cli_options *options, const cli_option_row *row, const char *text) {
