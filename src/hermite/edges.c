@@ -2,8 +2,8 @@
 /* One block: signs at its 9^3 lattice points, then all crossings of the edges it owns.
  *
  * Edges whose ends differ are always asked for. Edges with equal ends can still be crossed twice (a
- * thin wall): they are asked for where bounds over 2^3 cells, and then over the edge itself, leave
- * that possible. */
+ * thin wall): they are asked for where neither the slopes in the block, nor bounds over 2^3 cells,
+ * nor those over the edge itself rule that out. */
 #include "core/context.h"
 #include "core/status.h"
 #include "hermite/hermite.h"
@@ -19,7 +19,10 @@ typedef struct edge_job {
     qni_hermite_crossing *found;
     int32_t found_count, found_capacity;
     uint16_t starts[QNI_BLOCK_EDGES + 1];
-    uint64_t undecided; /* 2^3 cells each: 16 z + 4 y + x */
+    uint64_t asked, undecided; /* 2^3 cells each: 16 z + 4 y + x */
+    bool has_slopes;           /* f is continuous in the block, and its slopes are known */
+    double slopes[3][2];
+    double values[QNI_BLOCK_CORNERS];
     double planes[3][9];
 } edge_job;
 
@@ -28,7 +31,7 @@ static bool in_bounds(const qni_box *bounds, int axis, double coordinate) {
 }
 
 static qn_status sample_signs(edge_job *job) {
-    double points[QNI_BLOCK_CORNERS][3], values[QNI_BLOCK_CORNERS];
+    double points[QNI_BLOCK_CORNERS][3], *values = job->values;
     for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
         points[n][0] = job->planes[0][n % 9];
         points[n][1] = job->planes[1][n / 9 % 9];
@@ -49,21 +52,23 @@ static qn_status sample_signs(edge_job *job) {
     return QN_OK;
 }
 
-static qn_status find_undecided(edge_job *job) {
-    if (job->lattice->samples) /* linear along edges: their ends say all */
+/* Do the bounds over 2^3 cells leave it open whether the surface is there? Asked once. */
+static qn_status box_is_undecided(edge_job *job, int n, bool *undecided) {
+    const uint64_t bit = UINT64_C(1) << n;
+    const int at[3] = {2 * (n & 3), 2 * (n >> 2 & 3), 2 * (n >> 4)};
+    qni_box box;
+    double range[2];
+    *undecided = job->undecided & bit;
+    if ((job->asked & bit) || job->lattice->samples) /* linear along edges: their ends say all */
         return QN_OK;
-    for (int n = 0; n < 64; ++n) {
-        const int at[3] = {2 * (n & 3), 2 * (n >> 2 & 3), 2 * (n >> 4)};
-        qni_box box;
-        double range[2];
-        for (int k = 0; k < 3; ++k) {
-            box.low[k] = job->planes[k][at[k]];
-            box.high[k] = job->planes[k][at[k] + 2];
-        }
-        QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
-        if (!(range[0] > 0) && !(range[1] < 0))
-            job->undecided |= UINT64_C(1) << n;
+    for (int k = 0; k < 3; ++k) {
+        box.low[k] = job->planes[k][at[k]];
+        box.high[k] = job->planes[k][at[k] + 2];
     }
+    QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
+    *undecided = !(range[0] > 0) && !(range[1] < 0);
+    job->asked |= bit;
+    job->undecided |= *undecided ? bit : 0;
     return QN_OK;
 }
 
@@ -221,11 +226,20 @@ static qn_status keep(edge_job *job, int edge, int axis, const double a[3], cons
     return QN_OK;
 }
 
+/* From values of one sign at its ends, f cannot reach 0 between them if that takes a steeper slope
+ * than there is: down from one and up to the other. */
+static bool slopes_rule_out(const edge_job *job, int axis, int corner, int stride, double length) {
+    const double a = job->values[corner], b = job->values[corner + stride];
+    const double *range = job->slopes[axis];
+    const double steepest = -range[0] > range[1] ? -range[0] : range[1];
+    return job->has_slopes && fabs(a) + fabs(b) > steepest * length * (1 + 1e-6);
+}
+
 /* Can an edge with equal ends be crossed? Its four 2^3 neighbours within the block all hold it. */
 static qn_status edge_is_undecided(edge_job *job, const int at[3], const double a[3],
                                    const double b[3], bool *undecided) {
-    *undecided = false;
-    if (!(job->undecided >> (16 * (at[2] >> 1) + 4 * (at[1] >> 1) + (at[0] >> 1)) & 1))
+    QN_TRY(box_is_undecided(job, 16 * (at[2] >> 1) + 4 * (at[1] >> 1) + (at[0] >> 1), undecided));
+    if (!*undecided)
         return QN_OK;
     qni_box box;
     double range[2];
@@ -234,6 +248,21 @@ static qn_status edge_is_undecided(edge_job *job, const int at[3], const double 
     QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
     *undecided = range[0] < 0 && range[1] >= 0;
     return QN_OK;
+}
+
+/* All crossings of an edge; where f is known to rise or fall all the way, and its crossings are
+ * found by values, what is known of it is not asked again. */
+static qn_status find_crossings(edge_job *job, int axis, int corner, int stride, const double a[3],
+                                const double b[3], qni_crossing *list, int32_t *count) {
+    const qn_solid *solid = job->solid;
+    const double ends[2] = {job->values[corner], job->values[corner + stride]};
+    const bool monotone = job->has_slopes && (job->slopes[axis][0] > 0 || job->slopes[axis][1] < 0);
+    if (monotone && solid->ops->slope && solid->ops->crossings == qni_find_crossings &&
+        (ends[0] < 0) != (ends[1] < 0)) {
+        *count = 1;
+        return qni_find_single(solid, a, b, ends, list);
+    }
+    return solid->ops->crossings(solid, a, b, QNI_EDGE_CAPACITY, list, count);
 }
 
 static qn_status one_edge(edge_job *job, int edge) {
@@ -252,13 +281,13 @@ static qn_status one_edge(edge_job *job, int edge) {
     if (b[axis] < bounds->low[axis] || a[axis] > bounds->high[axis])
         return QN_OK;
     bool ask = start != end;
-    if (!ask)
+    if (!ask && !slopes_rule_out(job, axis, corner, stride, b[axis] - a[axis]))
         QN_TRY(edge_is_undecided(job, at, a, b, &ask));
     if (!ask)
         return QN_OK;
     qni_crossing list[QNI_EDGE_CAPACITY + 4];
     int32_t count = 0;
-    QN_TRY(job->solid->ops->crossings(job->solid, a, b, QNI_EDGE_CAPACITY, list, &count));
+    QN_TRY(find_crossings(job, axis, corner, stride, a, b, list, &count));
     count = count > QNI_EDGE_CAPACITY ? QNI_EDGE_CAPACITY : count;
     if (a[axis] < bounds->low[axis] || b[axis] > bounds->high[axis])
         QN_TRY(clip(job, axis, a, b, list, &count));
@@ -287,7 +316,6 @@ static qn_status store(edge_job *job) {
 
 static qn_status sample(edge_job *job) {
     QN_TRY(sample_signs(job));
-    QN_TRY(find_undecided(job));
     for (int edge = 0; edge < QNI_BLOCK_EDGES; ++edge)
         QN_TRY(one_edge(job, edge));
     return store(job);
@@ -306,6 +334,7 @@ qn_status qni_sample_block(qni_sampling *sampling, qni_hermite_block *block) {
     qn_solid *inner;
     QN_TRY(hermite->solid->ops->restrict_to(hermite->solid, &box, &inner));
     job.solid = inner;
+    job.has_slopes = inner->ops->slopes && inner->ops->slopes(inner, &box, job.slopes);
     const qn_status status = sample(&job);
     qn_solid_destroy(inner);
     qni_free(hermite->context, job.found, job.found_capacity, sizeof *job.found);

@@ -99,6 +99,16 @@ static qn_status callback_bounds(const qn_solid *solid, const qni_box *box, doub
     return QN_OK;
 }
 
+static bool callback_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const double lipschitz = calls(solid)->lipschitz;
+    (void)box;
+    for (int k = 0; k < 3; ++k) {
+        ranges[k][0] = -lipschitz;
+        ranges[k][1] = lipschitz;
+    }
+    return lipschitz > 0;
+}
+
 static const qni_solid_ops callback_ops = {
     .destroy = destroy,
     .values = callback_values,
@@ -106,6 +116,7 @@ static const qni_solid_ops callback_ops = {
     .bounds = callback_bounds,
     .crossings = qni_find_crossings,
     .restrict_to = qni_restrict_to_itself,
+    .slopes = callback_slopes,
 };
 
 static qn_status check(const qn_solid_callback *callback, qn_error *error) {

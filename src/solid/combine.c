@@ -118,12 +118,33 @@ static qn_status combine_bounds(const qn_solid *solid, const qni_box *box, doubl
     double low = QNI_INFINITY, high = QNI_INFINITY, each[2];
     for (int64_t n = 0; n < c->count; ++n) {
         QN_TRY(part_bounds(c, n, box, each));
-        low = fmin(low, each[0]);
-        high = fmin(high, each[1]);
+        low = qni_min(low, each[0]);
+        high = qni_min(high, each[1]);
     }
     range[0] = c->sign > 0 ? low : -high - QNI_TIE;
     range[1] = c->sign > 0 ? high : -low;
     return QN_OK;
+}
+
+/* Any part may be the active one. */
+static bool combine_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const combination *c = (const combination *)solid;
+    for (int k = 0; k < 3; ++k) {
+        ranges[k][0] = QNI_INFINITY;
+        ranges[k][1] = -QNI_INFINITY;
+    }
+    for (int64_t n = 0; n < c->count; ++n) {
+        const qn_solid *part = c->parts[n];
+        double each[3][2];
+        if (!part->ops->slopes || !part->ops->slopes(part, box, each))
+            return false;
+        const bool turned_round = c->signs[n] * c->sign < 0;
+        for (int k = 0; k < 3; ++k) {
+            ranges[k][0] = qni_min(ranges[k][0], turned_round ? -each[k][1] : each[k][0]);
+            ranges[k][1] = qni_max(ranges[k][1], turned_round ? -each[k][0] : each[k][1]);
+        }
+    }
+    return true;
 }
 
 /* Crossings of one solid on the segment, and on which side it begins. */
@@ -198,16 +219,18 @@ static void unite(const row *a, const row *b, double same, row *both) {
 static double sameness(const double a[3], const double b[3]) {
     double size = 0, length = 0;
     for (int k = 0; k < 3; ++k) {
-        size = fmax(size, fabs(a[k]) + fabs(b[k]));
-        length = fmax(length, fabs(b[k] - a[k]));
+        size = qni_max(size, fabs(a[k]) + fabs(b[k]));
+        length = qni_max(length, fabs(b[k] - a[k]));
     }
-    return length > 0 ? fmin(32 * QNI_EPSILON * size / length, 1e-6) : 0;
+    return length > 0 ? qni_min(32 * QNI_EPSILON * size / length, 1e-6) : 0;
 }
 
 static qn_status combine_crossings(const qn_solid *solid, const double a[3], const double b[3],
                                    int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const combination *c = (const combination *)solid;
-    row rows[3] = {0}, *sum = &rows[0], *next = &rows[1];
+    row rows[3], *sum = &rows[0], *next = &rows[1];
+    sum->count = 0;
+    sum->inside = false;
     qni_box box = qni_segment_box(a, b);
     double same = sameness(a, b);
     for (int64_t n = 0; n < c->count && !(sum->inside && sum->count == 0); ++n) {
@@ -251,7 +274,7 @@ static qn_status mark_kept(const combination *c, const qni_box *box, bool *keep,
     for (int64_t n = 0; n < c->count; ++n) {
         QN_TRY(part_bounds(c, n, box, each));
         lows[n] = each[0];
-        high = fmin(high, each[1]);
+        high = qni_min(high, each[1]);
     }
     *kept_out = 0;
     for (int64_t n = 0; n < c->count; ++n) {
@@ -307,6 +330,7 @@ static const qni_solid_ops combine_ops = {
     .bounds = combine_bounds,
     .crossings = combine_crossings,
     .restrict_to = combine_restrict,
+    .slopes = combine_slopes,
 };
 
 static combination *create(qn_context *context, double sign, int64_t count) {

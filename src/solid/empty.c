@@ -41,6 +41,13 @@ static qn_status empty_crossings(const qn_solid *solid, const double a[3], const
     return QN_OK;
 }
 
+static bool empty_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    (void)solid, (void)box;
+    for (int k = 0; k < 3; ++k)
+        ranges[k][0] = ranges[k][1] = 0;
+    return true;
+}
+
 static const qni_solid_ops empty_ops = {
     .destroy = destroy,
     .values = empty_values,
@@ -48,6 +55,7 @@ static const qni_solid_ops empty_ops = {
     .bounds = empty_bounds,
     .crossings = empty_crossings,
     .restrict_to = qni_restrict_to_itself,
+    .slopes = empty_slopes,
 };
 
 qn_solid *qni_empty_create(qn_context *context) {

@@ -124,6 +124,14 @@ static qn_status ends_say_all(const walk *way, bool *result_out) {
     return QN_OK;
 }
 
+qn_status qni_find_single(const qn_solid *solid, const double a[3], const double b[3],
+                          const double values[2], qni_crossing *crossing) {
+    walk way = {.solid = solid, .a = a, .b = b};
+    double root;
+    QN_TRY(single(&way, values, &root));
+    return describe(&way, root, values[1] < 0, crossing);
+}
+
 qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
                              int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     walk way = {.solid = solid, .a = a, .b = b};
@@ -137,9 +145,7 @@ qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const dou
     if (simple) {
         if ((values[0] < 0) == (values[1] < 0) || capacity < 1)
             return QN_OK;
-        double root;
-        QN_TRY(single(&way, values, &root));
-        QN_TRY(describe(&way, root, values[1] < 0, &crossings[0]));
+        QN_TRY(qni_find_single(solid, a, b, values, &crossings[0]));
         *count_out = 1;
         return QN_OK;
     }

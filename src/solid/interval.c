@@ -54,14 +54,15 @@ static qni_interval multiplied(qni_interval a, qni_interval b) {
     double p = product(a.low, b.low), q = product(a.low, b.high);
     double r = product(a.high, b.low), s = product(a.high, b.high);
     bool nan = a.nan || b.nan || (holds_zero(a) && unbounded(b)) || (holds_zero(b) && unbounded(a));
-    return widened(fmin(fmin(p, q), fmin(r, s)), fmax(fmax(p, q), fmax(r, s)), nan, 1);
+    return widened(qni_min(qni_min(p, q), qni_min(r, s)), qni_max(qni_max(p, q), qni_max(r, s)),
+                   nan, 1);
 }
 
 static qni_interval squared(qni_interval a) {
     double low = a.low * a.low, high = a.high * a.high;
-    double most = fmax(low, high), least = holds_zero(a) ? 0 : fmin(low, high);
+    double most = qni_max(low, high), least = holds_zero(a) ? 0 : qni_min(low, high);
     qni_interval result = widened(least, most, a.nan, 1);
-    result.low = fmax(result.low, 0);
+    result.low = qni_max(result.low, 0);
     return result;
 }
 
@@ -78,7 +79,8 @@ static qni_interval divided(qni_interval a, qni_interval b) {
     if (nan && (unbounded(a) || unbounded(b)))
         return everything(nan);
     double p = a.low / b.low, q = a.low / b.high, r = a.high / b.low, s = a.high / b.high;
-    return widened(fmin(fmin(p, q), fmin(r, s)), fmax(fmax(p, q), fmax(r, s)), nan, 1);
+    return widened(qni_min(qni_min(p, q), qni_min(r, s)), qni_max(qni_max(p, q), qni_max(r, s)),
+                   nan, 1);
 }
 
 static qni_interval absolute(qni_interval a) {
@@ -86,15 +88,15 @@ static qni_interval absolute(qni_interval a) {
         return a;
     if (a.high <= 0)
         return negated(a);
-    return exactly(0, fmax(-a.low, a.high), a.nan);
+    return exactly(0, qni_max(-a.low, a.high), a.nan);
 }
 
 static qni_interval root(qni_interval a) {
     bool nan = a.nan || a.low < 0;
     if (a.high < 0)
         return everything(true);
-    qni_interval result = widened(sqrt(fmax(a.low, 0)), sqrt(a.high), nan, 1);
-    result.low = fmax(result.low, 0);
+    qni_interval result = widened(sqrt(qni_max(a.low, 0)), sqrt(a.high), nan, 1);
+    result.low = qni_max(result.low, 0);
     return result;
 }
 
@@ -109,7 +111,7 @@ static qni_interval wave(qni_interval a, double (*function)(double), double turn
     if (unbounded(a) || fabs(a.low) > 1e8 || fabs(a.high) > 1e8 || a.high - a.low >= 2 * pi)
         return exactly(-1, 1, nan);
     double at_low = function(a.low), at_high = function(a.high);
-    qni_interval result = widened(fmin(at_low, at_high), fmax(at_low, at_high), nan, 8);
+    qni_interval result = widened(qni_min(at_low, at_high), qni_max(at_low, at_high), nan, 8);
     /* Half periods before each end, counted a little apart so that rounding loses no extreme. */
     double first = (a.low - turn) / pi - 1e-7, last = (a.high - turn) / pi + 1e-7;
     for (double k = ceil(first); k <= last; ++k) {
@@ -118,8 +120,8 @@ static qni_interval wave(qni_interval a, double (*function)(double), double turn
         else
             result.low = -1;
     }
-    result.low = fmax(result.low, -1);
-    result.high = fmin(result.high, 1);
+    result.low = qni_max(result.low, -1);
+    result.high = qni_min(result.high, 1);
     return result;
 }
 
@@ -134,13 +136,13 @@ static qni_interval tangent(qni_interval a) {
 /* asin, or acos which falls: clamped to where they are defined, NaN beside it. */
 static qni_interval arc(qni_interval a, bool falls) {
     bool nan = a.nan || a.low < -1 || a.high > 1;
-    double low = fmin(fmax(a.low, -1), 1), high = fmin(fmax(a.high, -1), 1);
+    double low = qni_min(qni_max(a.low, -1), 1), high = qni_min(qni_max(a.high, -1), 1);
     return falls ? rising(acos(high), acos(low), nan) : rising(asin(low), asin(high), nan);
 }
 
 static qni_interval exponential(qni_interval a) {
     qni_interval result = rising(exp(a.low), exp(a.high), a.nan);
-    result.low = fmax(result.low, 0);
+    result.low = qni_max(result.low, 0);
     return result;
 }
 
@@ -148,15 +150,15 @@ static qni_interval logarithm(qni_interval a) {
     bool nan = a.nan || a.low < 0;
     if (a.high < 0)
         return everything(true);
-    return rising(log(fmax(a.low, 0)), log(a.high), nan);
+    return rising(log(qni_max(a.low, 0)), log(a.high), nan);
 }
 
 static qni_interval smaller(qni_interval a, qni_interval b) {
-    qni_interval result = {fmin(a.low, b.low), fmin(a.high, b.high), a.nan && b.nan};
+    qni_interval result = {qni_min(a.low, b.low), qni_min(a.high, b.high), a.nan && b.nan};
     if (a.nan) /* then b alone is the result */
-        result.high = fmax(result.high, b.high);
+        result.high = qni_max(result.high, b.high);
     if (b.nan)
-        result.high = fmax(result.high, a.high);
+        result.high = qni_max(result.high, a.high);
     return result;
 }
 
@@ -219,7 +221,7 @@ qni_interval qni_interval_apply(const qni_tape_op *op, qni_interval a, qni_inter
 }
 
 static qni_interval joined(qni_interval a, qni_interval b) {
-    return exactly(fmin(a.low, b.low), fmax(a.high, b.high), a.nan || b.nan);
+    return exactly(qni_min(a.low, b.low), qni_max(a.high, b.high), a.nan || b.nan);
 }
 
 static qni_interval scaled(qni_interval a, double factor) {

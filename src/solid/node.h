@@ -23,6 +23,14 @@ enum { QNI_CROSSINGS = 64 };
 #define QNI_INFINITY ((double)INFINITY)
 #define QNI_EPSILON  2.220446049250313e-16
 
+/* fmin() and fmax(), NaN giving way to a number, without the call. */
+static inline double qni_min(double a, double b) {
+    return b < a || a != a ? b : a;
+}
+static inline double qni_max(double a, double b) {
+    return b > a || a != a ? b : a;
+}
+
 /* A cleared node with one reference, or NULL. `size` is that of the whole structure, which begins
  * with a qn_solid. */
 qn_solid *qni_solid_new(qn_context *context, size_t size, const qni_solid_ops *ops);

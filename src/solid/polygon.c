@@ -228,6 +228,16 @@ static qn_status polygon_restrict(const qn_solid *solid, const qni_box *box, qn_
     return QN_OK;
 }
 
+/* A distance grows by one at most. */
+static bool polygon_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    (void)solid, (void)box;
+    for (int k = 0; k < 3; ++k) {
+        ranges[k][0] = k < 2 ? -1 : 0;
+        ranges[k][1] = k < 2 ? 1 : 0;
+    }
+    return true;
+}
+
 static const qni_solid_ops polygon_ops = {
     .destroy = destroy,
     .values = polygon_values,
@@ -235,6 +245,7 @@ static const qni_solid_ops polygon_ops = {
     .bounds = polygon_bounds,
     .crossings = polygon_crossings,
     .restrict_to = polygon_restrict,
+    .slopes = polygon_slopes,
 };
 
 static polygon *create(qn_context *context, int64_t near, int64_t across) {

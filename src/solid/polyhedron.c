@@ -297,6 +297,16 @@ static qn_status polyhedron_restrict(const qn_solid *solid, const qni_box *box,
     return QN_OK;
 }
 
+/* A distance grows by one at most. */
+static bool polyhedron_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    (void)solid, (void)box;
+    for (int k = 0; k < 3; ++k) {
+        ranges[k][0] = -1;
+        ranges[k][1] = 1;
+    }
+    return true;
+}
+
 static const qni_solid_ops polyhedron_ops = {
     .destroy = destroy,
     .values = polyhedron_values,
@@ -304,6 +314,7 @@ static const qni_solid_ops polyhedron_ops = {
     .bounds = polyhedron_bounds,
     .crossings = polyhedron_crossings,
     .restrict_to = polyhedron_restrict,
+    .slopes = polyhedron_slopes,
 };
 
 static polyhedron *create(qn_context *context, int64_t near, int64_t across) {

@@ -81,7 +81,7 @@ static void plane_range(const plane *s, const qni_box *box, double range[2]) {
         double a = s->normal[k] * box->low[k], b = s->normal[k] * box->high[k];
         low += a < b ? a : b;
         high += a < b ? b : a;
-        size += fmax(fabs(a), fabs(b));
+        size += qni_max(fabs(a), fabs(b));
     }
     range[0] = low - 4 * QNI_EPSILON * size - QNI_TIE;
     range[1] = high + 4 * QNI_EPSILON * size + QNI_TIE;
@@ -92,8 +92,8 @@ static void exact_bounds(const polytope *p, const qni_box *box, double range[2])
     for (int64_t n = 0; n < p->count; ++n) {
         double each[2];
         plane_range(&p->planes[n], box, each);
-        range[0] = fmax(range[0], each[0]);
-        range[1] = fmax(range[1], each[1]);
+        range[0] = qni_max(range[0], each[0]);
+        range[1] = qni_max(range[1], each[1]);
     }
 }
 
@@ -106,7 +106,7 @@ static bool far_bounds(const polytope *p, const qni_box *box, double range[2]) {
         return false;
     for (int k = 0; k < 3; ++k) {
         double low = box->low[k] - p->centre[k], high = box->high[k] - p->centre[k];
-        double least = low > 0 ? low : high < 0 ? -high : 0, most = fmax(fabs(low), fabs(high));
+        double least = low > 0 ? low : high < 0 ? -high : 0, most = qni_max(fabs(low), fabs(high));
         nearest += least * least;
         farthest += most * most;
     }
@@ -124,6 +124,20 @@ static qn_status polytope_bounds(const qn_solid *solid, const qni_box *box, doub
     if (!far_bounds(p, box, range))
         exact_bounds(p, box, range);
     return QN_OK;
+}
+
+static bool polytope_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const polytope *p = (const polytope *)solid;
+    (void)box;
+    for (int k = 0; k < 3; ++k) {
+        ranges[k][0] = QNI_INFINITY;
+        ranges[k][1] = -QNI_INFINITY;
+        for (int64_t n = 0; n < p->count; ++n) {
+            ranges[k][0] = qni_min(ranges[k][0], p->planes[n].normal[k]);
+            ranges[k][1] = qni_max(ranges[k][1], p->planes[n].normal[k]);
+        }
+    }
+    return p->count > 0;
 }
 
 static void describe(const plane *s, double at, bool enters, int32_t owner,
@@ -208,6 +222,7 @@ static const qni_solid_ops polytope_ops = {
     .bounds = polytope_bounds,
     .crossings = polytope_crossings,
     .restrict_to = polytope_restrict,
+    .slopes = polytope_slopes,
 };
 
 static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner,

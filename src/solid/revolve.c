@@ -137,6 +137,22 @@ static qn_status revolve_bounds(const qn_solid *solid, const qni_box *box, doubl
     return turn(solid)->part->ops->bounds(turn(solid)->part, &flat, range);
 }
 
+/* Where nothing lies beyond the sectors f is continuous. */
+static bool revolve_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const revolved *r = turn(solid);
+    const qni_box flat = flat_box(r, box);
+    double inner[3][2];
+    if (r->angle < 360 || !r->part->ops->slopes || !r->part->ops->slopes(r->part, &flat, inner))
+        return false;
+    const double most = fmax(fabs(inner[0][0]), fabs(inner[0][1])) * r->stretch;
+    for (int k = 0; k < 2; ++k) {
+        ranges[k][0] = -most;
+        ranges[k][1] = most;
+        ranges[2][k] = inner[1][k];
+    }
+    return true;
+}
+
 /* A walk along the segment, sector by sector. */
 typedef struct walk {
     const revolved *r;
@@ -280,6 +296,7 @@ static const qni_solid_ops revolve_ops = {
     .bounds = revolve_bounds,
     .crossings = revolve_crossings,
     .restrict_to = revolve_restrict,
+    .slopes = revolve_slopes,
 };
 
 static void set_sectors(revolved *r) {

@@ -84,7 +84,7 @@ static qn_status round_gradients(const qn_solid *solid, int64_t count, const dou
 static void distance_range(double low, double high, double c, double range[2]) {
     double a = low - c, b = high - c;
     range[0] = a > 0 ? a : b < 0 ? -b : 0;
-    range[1] = fmax(fabs(a), fabs(b));
+    range[1] = qni_max(fabs(a), fabs(b));
 }
 
 static void radius_range(const qni_box *box, const double centre[2], double range[2]) {
@@ -103,8 +103,8 @@ static qn_status round_bounds(const qn_solid *solid, const qni_box *box, double 
     if (s->kind == CONE) {
         double at_low = s->radius + s->slope * box->low[2],
                at_high = s->radius + s->slope * box->high[2];
-        range[0] = (flat[0] - fmax(at_low, at_high)) * s->scale;
-        range[1] = (flat[1] - fmin(at_low, at_high)) * s->scale;
+        range[0] = (flat[0] - qni_max(at_low, at_high)) * s->scale;
+        range[1] = (flat[1] - qni_min(at_low, at_high)) * s->scale;
         largest = flat[1] + fabs(at_low) + fabs(at_high) + fabs(s->radius);
     } else {
         double ring[2] = {flat[0], flat[1]}, tube = s->kind == SPHERE ? s->radius : s->scale;
@@ -116,10 +116,75 @@ static qn_status round_bounds(const qn_solid *solid, const qni_box *box, double 
         largest = flat[1] + z[1] + s->radius + tube;
     }
     for (int k = 0; k < 3; ++k)
-        largest += fmax(fabs(box->low[k]), fabs(box->high[k]));
+        largest += qni_max(fabs(box->low[k]), fabs(box->high[k]));
     range[0] -= 16 * QNI_EPSILON * largest;
     range[1] += 16 * QNI_EPSILON * largest;
     return QN_OK;
+}
+
+/* x / sqrt(x^2 + rest^2) rises with x, and falls towards 0 with the rest. */
+static void share_range(const double x[2], const double rest[2], double range[2]) {
+    for (int n = 0; n < 2; ++n) {
+        const bool against = n ? x[n] > 0 : x[n] < 0; /* the extreme is where the rest is small */
+        const double other = rest[against ? 0 : 1], length = sqrt(x[n] * x[n] + other * other);
+        range[n] = length > 0 ? x[n] / length : 0;
+    }
+    if (x[0] <= 0 && x[1] >= 0 && rest[0] <= 0) { /* no direction at the middle */
+        range[0] = -1;
+        range[1] = 1;
+    }
+}
+
+/* Range of sqrt(a^2 + b^2), of the ranges of a and b. */
+static void length_range(const double a[2], const double b[2], double range[2]) {
+    double p[2], q[2];
+    distance_range(a[0], a[1], 0, p);
+    distance_range(b[0], b[1], 0, q);
+    range[0] = sqrt(p[0] * p[0] + q[0] * q[0]);
+    range[1] = sqrt(p[1] * p[1] + q[1] * q[1]);
+}
+
+static void product_range(const double a[2], const double b[2], double range[2]) {
+    const double p = a[0] * b[0], q = a[0] * b[1], r = a[1] * b[0], s = a[1] * b[1];
+    range[0] = qni_min(qni_min(p, q), qni_min(r, s));
+    range[1] = qni_max(qni_max(p, q), qni_max(r, s));
+}
+
+static bool round_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const round_solid *s = shape(solid);
+    double at[3][2], flat[2], to_axis[2][2], rest[2];
+    for (int k = 0; k < 3; ++k)
+        for (int n = 0; n < 2; ++n)
+            at[k][n] = (n ? box->high[k] : box->low[k]) - (s->kind == SPHERE ? s->centre[k] : 0);
+    if (s->kind == SPHERE) {
+        for (int k = 0; k < 3; ++k) {
+            length_range(at[(k + 1) % 3], at[(k + 2) % 3], rest);
+            share_range(at[k], rest, ranges[k]);
+        }
+        return true;
+    }
+    for (int k = 0; k < 2; ++k) { /* x and y parts of the direction away from the axis */
+        length_range(at[1 - k], (const double[2]){0, 0}, rest);
+        share_range(at[k], rest, to_axis[k]);
+    }
+    if (s->kind == CONE) {
+        for (int k = 0; k < 2; ++k)
+            for (int n = 0; n < 2; ++n)
+                ranges[k][n] = to_axis[k][n] * s->scale;
+        ranges[2][0] = ranges[2][1] = -s->slope * s->scale;
+        return true;
+    }
+    double ring[2], outward[2];
+    length_range(at[0], at[1], flat);
+    ring[0] = flat[0] - s->radius;
+    ring[1] = flat[1] - s->radius;
+    length_range(at[2], (const double[2]){0, 0}, rest);
+    share_range(ring, rest, outward);
+    for (int k = 0; k < 2; ++k)
+        product_range(to_axis[k], outward, ranges[k]);
+    length_range(ring, (const double[2]){0, 0}, rest);
+    share_range(at[2], rest, ranges[2]);
+    return true;
 }
 
 /* A segment by its length: the point at s is origin + s direction, where the origin is the line's
@@ -191,8 +256,8 @@ static int places_of(const round_solid *s, const double a[3], const double b[3],
     double c[5], low = way.start - 1e-3 * way.length, high = way.start + 1.001 * way.length;
     double reach = 1.01 * (s->kind == TORUS ? s->radius + s->scale : s->radius);
     if (s->kind != CONE) {
-        low = fmax(low, -reach);
-        high = fmin(high, reach);
+        low = qni_max(low, -reach);
+        high = qni_min(high, reach);
     }
     if (!(low < high))
         return 0;
@@ -242,6 +307,7 @@ static const qni_solid_ops round_ops = {
     .bounds = round_bounds,
     .crossings = round_crossings,
     .restrict_to = qni_restrict_to_itself,
+    .slopes = round_slopes,
 };
 
 qn_solid *qni_sphere_create(qn_context *context, const double centre[3], double radius,

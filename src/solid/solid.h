@@ -46,6 +46,10 @@ typedef struct qni_solid_ops {
     /* Which points have values below 0, where that costs less than the values. May be NULL. */
     qn_status (*inside)(const qn_solid *solid, int64_t count, const double (*points)[3],
                         bool *inside);
+    /* Bounds of the derivatives of f by x, y and z in the box, so that f at the ends of an edge
+     * says what can be between them; true when they are known and f is continuous there. May be
+     * NULL. */
+    bool (*slopes)(const qn_solid *solid, const qni_box *box, double ranges[3][2]);
 } qni_solid_ops;
 
 struct qn_solid {
@@ -64,6 +68,11 @@ struct qn_solid {
  * signs at the ends. */
 qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
                              int32_t capacity, qni_crossing *crossings, int32_t *count_out);
+
+/* The one crossing of a segment along which f is known to rise or fall, from its values at the
+ * ends, whose signs differ: what qni_find_crossings() gives there. */
+qn_status qni_find_single(const qn_solid *solid, const double a[3], const double b[3],
+                          const double values[2], qni_crossing *crossing);
 
 qn_solid *qni_solid_retain(const qn_solid *solid);
 

@@ -37,6 +37,7 @@ static const qni_solid_ops tape_ops = {
     .crossings = qni_find_crossings,
     .restrict_to = qni_tape_restrict,
     .slope = qni_tape_slope,
+    .slopes = qni_tape_slopes,
 };
 
 enum { UNUSED = -1 };

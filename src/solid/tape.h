@@ -87,13 +87,14 @@ typedef struct qni_slope {
 qni_slope qni_slope_apply(const qni_tape_op *op, qni_slope left, qni_slope right,
                           const qni_box *box, const double direction[3]);
 
-/* The four of qni_solid_ops that work on tapes. */
+/* Those of qni_solid_ops that work on tapes. */
 qn_status qni_tape_values(const qn_solid *solid, int64_t count, const double (*points)[3],
                           double *values);
 qn_status qni_tape_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
                              double (*gradients)[3], int32_t *owners);
 qn_status qni_tape_bounds(const qn_solid *solid, const qni_box *box, double range[2]);
 bool qni_tape_slope(const qn_solid *solid, const double a[3], const double b[3], double range[2]);
+bool qni_tape_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]);
 qn_status qni_tape_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out);
 
 #endif

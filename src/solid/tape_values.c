@@ -256,21 +256,34 @@ qn_status qni_tape_bounds(const qn_solid *solid, const qni_box *box, double rang
     return QN_OK;
 }
 
-bool qni_tape_slope(const qn_solid *solid, const double a[3], const double b[3], double range[2]) {
-    const qni_tape *tape = (const qni_tape *)solid;
+/* Value and derivative along a direction, everywhere in a box. */
+static bool run_slope(const qni_tape *tape, const qni_box *box, const double direction[3],
+                      double range[2]) {
     qni_slope registers[STACK_REGISTERS];
     if (tape->registers > STACK_REGISTERS)
         return false;
     registers[0] = (qni_slope){{0, 0, false}, {0, 0, false}};
-    qni_box box = qni_segment_box(a, b);
-    double direction[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     for (int64_t n = 0; n < tape->count; ++n) {
         const qni_tape_op *op = &tape->ops[n];
         registers[op->out_register] = qni_slope_apply(
-            op, registers[op->left_register], registers[op->right_register], &box, direction);
+            op, registers[op->left_register], registers[op->right_register], box, direction);
     }
     const qni_slope *result = &registers[tape->ops[tape->count - 1].out_register];
     range[0] = result->slope.low;
     range[1] = result->slope.high;
     return !result->value.nan && !result->slope.nan;
+}
+
+bool qni_tape_slope(const qn_solid *solid, const double a[3], const double b[3], double range[2]) {
+    const qni_box box = qni_segment_box(a, b);
+    const double direction[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    return run_slope((const qni_tape *)solid, &box, direction, range);
+}
+
+bool qni_tape_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    bool known = true;
+    for (int k = 0; k < 3; ++k)
+        known = known && run_slope((const qni_tape *)solid, box, axes[k], ranges[k]);
+    return known;
 }

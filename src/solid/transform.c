@@ -75,7 +75,7 @@ static qni_box image(const double m[3][4], const qni_box *box) {
             double a = m[row][k] * box->low[k], b = m[row][k] * box->high[k];
             low += a < b ? a : b;
             high += a < b ? b : a;
-            size += fmax(fabs(a), fabs(b));
+            size += qni_max(fabs(a), fabs(b));
         }
         double slack = size < QNI_INFINITY ? 4 * QNI_EPSILON * size : 0;
         out.low[row] = low - slack;
@@ -88,6 +88,25 @@ static qn_status transform_bounds(const qn_solid *solid, const qni_box *box, dou
     const transformed *t = (const transformed *)solid;
     qni_box moved = image(t->inverse, box);
     return t->part->ops->bounds(t->part, &moved, range);
+}
+
+static bool transform_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const transformed *t = (const transformed *)solid;
+    const qni_box moved = image(t->inverse, box);
+    double inner[3][2];
+    if (!t->part->ops->slopes || !t->part->ops->slopes(t->part, &moved, inner))
+        return false;
+    for (int k = 0; k < 3; ++k) {
+        ranges[k][0] = ranges[k][1] = 0;
+        for (int row = 0; row < 3; ++row) {
+            const double factor = t->inverse[row][k];
+            if (factor == 0)
+                continue;
+            ranges[k][0] += factor * inner[row][factor < 0];
+            ranges[k][1] += factor * inner[row][factor > 0];
+        }
+    }
+    return true;
 }
 
 static qn_status transform_crossings(const qn_solid *solid, const double a[3], const double b[3],
@@ -131,6 +150,7 @@ static const qni_solid_ops transform_ops = {
     .bounds = transform_bounds,
     .crossings = transform_crossings,
     .restrict_to = transform_restrict,
+    .slopes = transform_slopes,
 };
 
 /* a after b. */
@@ -197,7 +217,7 @@ bool qni_invert(const double m[3][4], double inverse[3][4]) {
         for (int j = 0; j < 3; ++j) {
             int r = (j + 1) % 3, s = (j + 2) % 3, u = (i + 1) % 3, v = (i + 2) % 3;
             adjoint[i][j] = m[r][u] * m[s][v] - m[r][v] * m[s][u];
-            size = fmax(size, fabs(m[i][j]));
+            size = qni_max(size, fabs(m[i][j]));
         }
     for (int k = 0; k < 3; ++k)
         determinant += m[0][k] * adjoint[k][0];

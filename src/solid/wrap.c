@@ -54,6 +54,11 @@ static qn_status owned_crossings(const qn_solid *solid, const double a[3], const
     return QN_OK;
 }
 
+static bool part_slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const qn_solid *part = wrap(solid)->part;
+    return part->ops->slopes && part->ops->slopes(part, box, ranges);
+}
+
 /* The wrapped part restricted, in a wrapping of its own. */
 static qn_status rewrap(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     qn_solid *part;
@@ -80,6 +85,7 @@ static const qni_solid_ops owned_ops = {
     .bounds = owned_bounds,
     .crossings = owned_crossings,
     .restrict_to = rewrap,
+    .slopes = part_slopes,
 };
 
 qn_solid *qni_owned_create(qn_context *context, const qn_solid *part, int32_t owner) {
@@ -116,6 +122,7 @@ static const qni_solid_ops offset_ops = {
     .bounds = offset_bounds,
     .crossings = qni_find_crossings,
     .restrict_to = rewrap,
+    .slopes = part_slopes,
 };
 
 /* Whether f stays above `distance` between the part's box grown by `inner` and by twice that. */

@@ -72,6 +72,33 @@ static void bounds_enclose(check *test) {
               points[n][2], values[n], range[0], range[1]);
 }
 
+/* Differences along the axes lie within the slopes, where those are known. */
+static void slopes_enclose(check *test) {
+    qni_box box = any_box(test);
+    double points[POINTS][3], values[POINTS], moved[POINTS][3], others[POINTS], ranges[3][2];
+    if (!test->solid->ops->slopes || !test->solid->ops->slopes(test->solid, &box, ranges))
+        return;
+    points_in(test, &box, points);
+    values_of(test, test->solid, POINTS, points, values);
+    for (int k = 0; k < 3; ++k) {
+        memcpy(moved, points, sizeof moved);
+        for (int n = 0; n < POINTS; ++n)
+            moved[n][k] = between(test, box.low[k], box.high[k]);
+        values_of(test, test->solid, POINTS, moved, others);
+        for (int n = 0; n < POINTS; ++n) {
+            const double step = moved[n][k] - points[n][k], rise = others[n] - values[n];
+            const double low = step > 0 ? ranges[k][0] * step : ranges[k][1] * step,
+                         high = step > 0 ? ranges[k][1] * step : ranges[k][0] * step;
+            const double slack = 1e-9 * (fabs(low) + fabs(high)) +
+                                 1e-13 * (1 + fabs(values[n]) + fabs(points[n][k]));
+            if (isfinite(rise))
+                CLAIM(test, rise >= low - slack && rise <= high + slack,
+                      "f rises by %.17g over %.17g along axis %d, not within [%.17g, %.17g]", rise,
+                      step, k, ranges[k][0], ranges[k][1]);
+        }
+    }
+}
+
 static int crossings_of(check *test, const qn_solid *solid, const double a[3], const double b[3],
                         qni_crossing *crossings) {
     int32_t count = -1;
@@ -212,6 +239,7 @@ void test_solid_claims(const char *name, const qn_solid *solid, const test_claim
     check test = {name, solid, claims, random};
     for (int round = 0; round < claims->rounds; ++round) {
         bounds_enclose(&test);
+        slopes_enclose(&test);
         restriction_changes_nothing(&test);
         crossings_agree(&test);
         if (claims->difference > 0)

@@ -55,6 +55,11 @@ static bool slope(const qn_solid *solid, const double a[3], const double b[3], d
     return part->ops->slope && part->ops->slope(part, a, b, range);
 }
 
+static bool slopes(const qn_solid *solid, const qni_box *box, double ranges[3][2]) {
+    const qn_solid *part = self(solid)->part;
+    return part->ops->slopes && part->ops->slopes(part, box, ranges);
+}
+
 static const qni_solid_ops counting_ops = {
     .destroy = destroy,
     .values = values,
@@ -63,6 +68,7 @@ static const qni_solid_ops counting_ops = {
     .crossings = crossings,
     .restrict_to = restrict_to,
     .slope = slope,
+    .slopes = slopes,
 };
 
 qn_solid *counting_create(qn_solid *part, counting_tally *tally) {
