@@ -132,6 +132,36 @@ qn_status qni_find_single(const qn_solid *solid, const double a[3], const double
     return describe(&way, root, values[1] < 0, crossing);
 }
 
+/* All changes of sign between the pieces that the bounds leave possible. */
+static qn_status several(walk *way, const double values[2], int32_t capacity,
+                         qni_crossing *crossings, int32_t *count_out) {
+    QN_TRY(mark(way, 0, PIECES));
+    double roots[PIECES];
+    int32_t found = 0;
+    double previous = values[0], last_t = 0;
+    for (int i = 0; i < PIECES; ++i) {
+        /* Where the surface cannot be the sign stays, and a sample there is of no use. */
+        bool next_possible = i + 1 < PIECES && way->possible[i + 1];
+        if (!way->possible[i] && !next_possible && i + 1 < PIECES)
+            continue;
+        double t = (double)(i + 1) / PIECES, value = values[1];
+        if (i + 1 < PIECES)
+            QN_TRY(value_at(way, t, &value));
+        if ((value < 0) != (previous < 0))
+            QN_TRY(bracket(way, last_t, previous, t, value, &roots[found++]));
+        previous = value;
+        last_t = t;
+    }
+    /* What has no room goes in pairs, so that the signs at the ends stay true. */
+    int32_t kept = found;
+    while (kept > capacity)
+        kept -= 2;
+    for (int32_t i = 0; i < kept; ++i)
+        QN_TRY(describe(way, roots[i], (values[0] < 0) == (i % 2 != 0), &crossings[i]));
+    *count_out = kept > 0 ? kept : 0;
+    return QN_OK;
+}
+
 qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
                              int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     walk way = {.solid = solid, .a = a, .b = b};
@@ -149,29 +179,11 @@ qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const dou
         *count_out = 1;
         return QN_OK;
     }
-    QN_TRY(mark(&way, 0, PIECES));
-    double roots[PIECES];
-    int32_t found = 0;
-    double previous = values[0], last_t = 0;
-    for (int i = 0; i < PIECES; ++i) {
-        /* Where the surface cannot be the sign stays, and a sample there is of no use. */
-        bool next_possible = i + 1 < PIECES && way.possible[i + 1];
-        if (!way.possible[i] && !next_possible && i + 1 < PIECES)
-            continue;
-        double t = (double)(i + 1) / PIECES, value = values[1];
-        if (i + 1 < PIECES)
-            QN_TRY(value_at(&way, t, &value));
-        if ((value < 0) != (previous < 0))
-            QN_TRY(bracket(&way, last_t, previous, t, value, &roots[found++]));
-        previous = value;
-        last_t = t;
-    }
-    /* What has no room goes in pairs, so that the signs at the ends stay true. */
-    int32_t kept = found;
-    while (kept > capacity)
-        kept -= 2;
-    for (int32_t i = 0; i < kept; ++i)
-        QN_TRY(describe(&way, roots[i], (values[0] < 0) == (i % 2 != 0), &crossings[i]));
-    *count_out = kept > 0 ? kept : 0;
-    return QN_OK;
+    qn_solid *near; /* many bounds follow: what is of no concern here is dropped first */
+    const qni_box box = qni_segment_box(a, b);
+    QN_TRY(solid->ops->restrict_to(solid, &box, &near));
+    way.solid = near;
+    const qn_status status = several(&way, values, capacity, crossings, count_out);
+    qn_solid_destroy(near);
+    return status;
 }
