@@ -214,8 +214,12 @@ test_deviation test_mesh_deviation(const qn_mesh *mesh, int64_t count,
     for (int64_t n = 0; n < view.triangle_count; ++n) {
         corners_of(&view, n, &t);
         total += area_of(&t);
-        for (int k = 0; k < 3; ++k)
-            note(tree, t.at[k], &out);
+    }
+    for (int64_t n = 0; n < view.vertex_count; ++n) {
+        double point[3];
+        for (int m = 0; m < 3; ++m)
+            point[m] = (double)view.positions[3 * n + m];
+        note(tree, point, &out);
     }
     int64_t taken = 0;
     for (int64_t n = 0; n < view.triangle_count; ++n) {

@@ -94,8 +94,8 @@ static void add_mesh(const scene *s, const qn_mesh *mesh, error_sum *sums) {
                 middle[k] += t[c][k] / 3;
             }
         for (int k = 0; k < 3; ++k) {
-            const double plane = (middle[k] / lattice->unit - 3) / 8 - (double)lattice->first[k];
-            cell[k] = (int32_t)floor(plane);
+            cell[k] = (int32_t)floor((middle[k] - lattice->origin[k]) / lattice->step[k]) +
+                      lattice->shift;
         }
         add_triangle(s, &sums[cell_number(lattice, cell)], (const double(*)[3])t);
     }
