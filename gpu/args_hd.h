@@ -43,6 +43,7 @@ typedef struct qni_gpu_totals {
     uint64_t mark_words;                 /* words of quad marks; set by the host */
     uint64_t splits;                     /* quads to be split */
     uint64_t split_quads;                /* quads they add */
+    uint64_t left_on_face;               /* points of doubled edges that stay on their face */
     uint64_t tally[QNI_GPU_STRIPES][QNI_GPU_TALLIES];
     uint64_t nonfinite; /* a sample that is not finite was met */
     uint64_t nan_count, infinite_count;
@@ -75,7 +76,6 @@ typedef struct qni_gpu_doubled {
 /* A quad to be split at doubled edges; qni_quad_split without tunnels. */
 typedef struct qni_gpu_split {
     uint32_t quad;
-    uint32_t first_extra;
     uint32_t corners[4];
     uint32_t twins[4];
     int32_t point[3];
@@ -114,7 +114,9 @@ typedef struct qni_gpu_args {
 
     int64_t first_slot, end_slot;        /* active leaves of the slab's own layers */
     uint32_t vertex_offset, quad_offset; /* from places to numbers in the mesh */
+    int64_t first_linked, end_linked;    /* active leaves whose low faces join own quads */
     uint32_t first_vertex, first_quad;   /* the mesh arrays start with these */
+    uint32_t own_quads;                  /* plain quads that the arrays hold */
     float *positions, *normals;          /* normals may be NULL */
     uint32_t *quads, *twins, *vertex_halfedges;
 

@@ -23,7 +23,15 @@ enum {
     BLOCKS_scan_places = 4,
     BLOCKS_count = 8,
     BLOCKS_record = 8,
-    BLOCKS_emit = 4
+    BLOCKS_emit = 4,
+    BLOCKS_link = 4,
+    BLOCKS_mark_quads = 4,
+    BLOCKS_count_marks = 4,
+    BLOCKS_list_splits = 4,
+    BLOCKS_note_splits = 4,
+    BLOCKS_place_faces = 4,
+    BLOCKS_split_quads = 4,
+    BLOCKS_link_splits = 4
 };
 enum { SIGN_THREADS = 256, SIGN_WORDS = 4, BLOCKS_A_PROCESSOR = 32 };
 
@@ -152,9 +160,10 @@ static qn_status gpu_download(qni_device *device, void *to, const void *from, in
         "copying from the GPU", error);
 }
 
-static qn_status gpu_clear(qni_device *device, void *memory, int64_t bytes, qn_error *error) {
-    return check(cudaMemsetAsync(memory, 0, (size_t)bytes, self(device)->stream),
-                 "clearing GPU memory", error);
+static qn_status gpu_fill(qni_device *device, void *memory, int byte, int64_t bytes,
+                          qn_error *error) {
+    return check(cudaMemsetAsync(memory, byte, (size_t)bytes, self(device)->stream),
+                 "filling GPU memory", error);
 }
 
 static void launch_signs(const qni_gpu_args *args, unsigned blocks, cudaStream_t stream) {
@@ -257,7 +266,7 @@ extern "C" qn_status qni_cuda_open(void *stream, qni_device **device_out, qn_err
     g->device.upload = gpu_upload;
     g->device.upload_rows = gpu_upload_rows;
     g->device.download = gpu_download;
-    g->device.clear = gpu_clear;
+    g->device.fill = gpu_fill;
     g->device.launch = gpu_launch;
     g->device.finish = gpu_finish;
     const qn_status status = open_device(g, error);

@@ -22,7 +22,7 @@ struct qni_device {
                              int64_t stride, int64_t rows, qn_error *error);
     qn_status (*download)(qni_device *device, void *to, const void *from, int64_t bytes,
                           qn_error *error);
-    qn_status (*clear)(qni_device *device, void *memory, int64_t bytes, qn_error *error);
+    qn_status (*fill)(qni_device *device, void *memory, int byte, int64_t bytes, qn_error *error);
     /* At most `blocks` blocks share the kernel's items. */
     qn_status (*launch)(qni_device *device, qni_gpu_kernel kernel, const qni_gpu_args *args,
                         int64_t blocks, qn_error *error);

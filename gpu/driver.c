@@ -246,6 +246,57 @@ static qn_status reserve_mesh(qni_gpu_job *job, qn_error *error) {
     return QN_OK;
 }
 
+/* Doubled edges give at most four splits each. */
+static qn_status reserve_repair(qni_gpu_job *job, int64_t words, qn_error *error) {
+    qni_gpu_args *a = &job->args;
+    const int64_t splits = 4 * job->doubled_count;
+    const int64_t tiles = scan_tiles_of(words > splits ? words : splits);
+    void *memory;
+    QN_TRY(qni_gpu_reserve(
+        job->pool, QNI_GPU_BUFFER_REPAIR,
+        part_bytes(words, sizeof *a->marks) + part_bytes(words + 1, sizeof *a->mark_ranks) +
+            part_bytes(splits + 1, sizeof *a->split_sizes) + part_bytes(splits, sizeof *a->splits) +
+            part_bytes(tiles, sizeof *a->scan_sums),
+        &memory, error));
+    char *at = memory;
+    a->marks = take_part(&at, words, sizeof *a->marks);
+    a->mark_ranks = take_part(&at, words + 1, sizeof *a->mark_ranks);
+    a->split_sizes = take_part(&at, splits + 1, sizeof *a->split_sizes);
+    a->splits = take_part(&at, splits, sizeof *a->splits);
+    a->scan_sums = take_part(&at, tiles, sizeof *a->scan_sums);
+    a->scan_tiles = tiles;
+    a->doubled_count = job->doubled_count;
+    a->plain_vertices = (uint32_t)job->vertex_count;
+    a->plain_quads = (uint32_t)job->quad_count;
+    return QN_OK;
+}
+
+static qn_status repair(qni_gpu_job *job, qn_error *error) {
+    qni_gpu_args *a = &job->args;
+    qni_device *device = job->pool->device;
+    const int64_t words = (job->quad_count + 31) / 32, most = 4 * job->doubled_count;
+    const int64_t face_blocks = qni_gpu_blocks_for(job->doubled_count),
+                  split_blocks = qni_gpu_blocks_for(most);
+    QN_TRY(reserve_repair(job, words, error));
+    job->totals.mark_words = (uint64_t)words;
+    QN_TRY(device->upload(device, &a->totals->mark_words, &job->totals.mark_words,
+                          sizeof job->totals.mark_words, error));
+    QN_TRY(device->fill(device, a->marks, 0, words * (int64_t)sizeof *a->marks, error));
+    QN_TRY(device->fill(device, a->splits, 0xff, most * (int64_t)sizeof *a->splits, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_mark_quads, face_blocks, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_count_marks, qni_gpu_blocks_for(words), error));
+    QN_TRY(scan(job, a->mark_ranks, 0, 1, 1, &a->totals->mark_words, words, &a->totals->splits,
+                error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_list_splits, face_blocks, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_note_splits, split_blocks, error));
+    QN_TRY(scan(job, a->split_sizes, 0, 1, 1, &a->totals->splits, most, &a->totals->split_quads,
+                error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_place_faces, face_blocks, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_split_quads, split_blocks, error));
+    return job->with_halfedges ? launch(job, QNI_GPU_KERNEL_link_splits, split_blocks, error)
+                               : QN_OK;
+}
+
 qn_status qni_gpu_emit_surface(qni_gpu_job *job, qn_error *error) {
     qni_gpu_args *a = &job->args;
     const int64_t active = (int64_t)job->totals.active;
@@ -253,14 +304,28 @@ qn_status qni_gpu_emit_surface(qni_gpu_job *job, qn_error *error) {
         return QN_OK;
     a->first_slot = 0;
     a->end_slot = active;
+    a->first_linked = 0;
+    a->end_linked = active;
+    a->own_quads = (uint32_t)job->quad_count;
     QN_TRY(reserve_records(job, error));
     QN_TRY(reserve_mesh(job, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_record, active, error));
-    return launch(job, QNI_GPU_KERNEL_emit, active, error);
+    QN_TRY(launch(job, QNI_GPU_KERNEL_emit, active, error));
+    if (job->with_halfedges)
+        QN_TRY(launch(job, QNI_GPU_KERNEL_link, active, error));
+    return job->with_repair && job->doubled_count ? repair(job, error) : QN_OK;
 }
 
 qn_status qni_gpu_finish_surface(qni_gpu_job *job, qn_error *error) {
-    return job->totals.active ? read_totals(job, error) : QN_OK;
+    if (job->totals.active == 0)
+        return QN_OK;
+    QN_TRY(read_totals(job, error));
+    job->split_count = (int64_t)job->totals.splits;
+    if (job->split_count)
+        job->vertex_count += 4 * job->doubled_count + job->split_count;
+    job->quad_count += (int64_t)job->totals.split_quads;
+    job->fallback_points = (int64_t)job->totals.left_on_face;
+    return QN_OK;
 }
 
 /* ---- what it came to ------------------------------------------------------------------------- */

@@ -31,13 +31,14 @@ QN_HD_INLINE void qni_gpu_load_tile(const qni_gpu_args *a, qni_gpu_emit_shared *
     }
 }
 
-QN_HD_INLINE void qni_gpu_list_cells(const qni_gpu_args *a, qni_gpu_emit_shared *s, int64_t slot,
-                                     int thread) {
+/* The active cells of a leaf, in order. */
+QN_HD_INLINE void qni_gpu_list_cells(const qni_gpu_args *a, uint16_t cells[QNI_LEAF_CELLS],
+                                     int64_t slot, int thread, int threads) {
     const qni_gpu_leaf *leaf = a->leaves + slot;
-    for (int cell = thread; cell < QNI_LEAF_CELLS; cell += QNI_EMIT_THREADS) {
+    for (int cell = thread; cell < QNI_LEAF_CELLS; cell += threads) {
         const uint64_t active = leaf->active[cell >> 6];
         if (active >> (cell & 63) & 1)
-            s->cell[leaf->before[cell >> 6] + qni_bits_below(active, cell & 63)] = (uint16_t)cell;
+            cells[leaf->before[cell >> 6] + qni_bits_below(active, cell & 63)] = (uint16_t)cell;
     }
 }
 
@@ -190,7 +191,7 @@ QN_HD_INLINE void qni_gpu_emit(const qni_gpu_args *a, qni_gpu_emit_shared *s, in
     qni_gpu_leaf_at(&a->field, a->active_leaf[slot], leaf);
     if (phase == 0) {
         qni_gpu_load_tile(a, s, leaf, thread);
-        qni_gpu_list_cells(a, s, slot, thread);
+        qni_gpu_list_cells(a, s->cell, slot, thread, QNI_EMIT_THREADS);
         qni_gpu_load_signs(a, leaf, s->signs, thread, QNI_EMIT_THREADS);
     } else if (phase == 1) {
         qni_gpu_make_masks((const uint16_t(*)[9])s->signs, &s->masks, thread, QNI_EMIT_THREADS);

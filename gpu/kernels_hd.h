@@ -8,6 +8,7 @@
 
 #include "gpu/emit_hd.h"
 #include "gpu/leaves_hd.h"
+#include "gpu/repair_hd.h"
 #include "gpu/scan_hd.h"
 #include "gpu/signs_hd.h"
 
@@ -20,7 +21,15 @@
     X(scan_places)                                                                                 \
     X(count)                                                                                       \
     X(record)                                                                                      \
-    X(emit)
+    X(emit)                                                                                        \
+    X(link)                                                                                        \
+    X(mark_quads)                                                                                  \
+    X(count_marks)                                                                                 \
+    X(list_splits)                                                                                 \
+    X(note_splits)                                                                                 \
+    X(place_faces)                                                                                 \
+    X(split_quads)                                                                                 \
+    X(link_splits)
 
 /* `signs` stands apart: there the 32 threads of a warp make one word together. */
 typedef enum qni_gpu_kernel {

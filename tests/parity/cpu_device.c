@@ -157,10 +157,11 @@ static qn_status cpu_upload_rows(qni_device *device, void *to, const void *from,
     return QN_OK;
 }
 
-static qn_status cpu_clear(qni_device *device, void *memory, int64_t bytes, qn_error *error) {
+static qn_status cpu_fill(qni_device *device, void *memory, int byte, int64_t bytes,
+                          qn_error *error) {
     (void)device;
     (void)error;
-    memset(memory, 0, (size_t)bytes);
+    memset(memory, byte, (size_t)bytes);
     return QN_OK;
 }
 
@@ -175,5 +176,5 @@ void test_cpu_device_init(test_cpu_device *cpu, uint64_t shuffle) {
     *cpu = (test_cpu_device){.shuffle = shuffle};
     cpu->device =
         (qni_device){cpu,      cpu_alloc, cpu_free, cpu_free_bytes, cpu_copy, cpu_upload_rows,
-                     cpu_copy, cpu_clear, launch,   cpu_finish};
+                     cpu_copy, cpu_fill,  launch,   cpu_finish};
 }
