@@ -142,6 +142,7 @@ QN_HD static inline void qni_polygon_init(qni_polygon *polygon, const double d[8
         polygon->low[axis] = 1;
         polygon->high[axis] = 0;
     }
+    QN_ROLLED
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         if (!(edge_mask >> edge & 1))
             continue;
@@ -252,6 +253,7 @@ QN_HD static inline void qni_slice(const qni_polygon *polygon, const double d[8]
         square->v[n] = qni_lerp(d[corner], d[corner | (1 << axis)], at);
         square->own[n] = 0;
     }
+    QN_ROLLED
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         if (!(polygon->edge_mask >> edge & 1))
             continue;
@@ -272,6 +274,7 @@ QN_HD static inline int qni_widest_face(const qni_polygon *polygon, const double
                                         qni_square *square) {
     double widest = -1;
     int widest_edge = 0;
+    QN_ROLLED
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         if (!(polygon->edge_mask >> edge & 1))
             continue;
@@ -352,8 +355,10 @@ QN_HD static inline qni_point qni_point_of_polygon(const double d[8], unsigned e
     qni_polygon polygon;
     qni_point point;
     qni_polygon_init(&polygon, d, edge_mask, next_code);
+    QN_ROLLED
     for (int n = 0; n < 5; ++n) {
         double best = -1;
+        QN_ROLLED
         for (int axis = 0; axis < 3; ++axis) {
             const double low = polygon.low[axis], high = polygon.high[axis];
             if (n == 0) {

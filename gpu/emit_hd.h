@@ -23,6 +23,7 @@ typedef struct qni_gpu_emit_shared {
 QN_HD_INLINE void qni_gpu_load_tile(const qni_gpu_args *a, qni_gpu_emit_shared *s,
                                     const int32_t leaf[3], int thread) {
     double *tile = &s->tile[0][0][0];
+    QN_ROLLED
     for (int n = thread; n < QNI_GPU_TILE_POINTS; n += QNI_EMIT_THREADS) {
         const int64_t point[3] = {(int64_t)8 * leaf[0] - 1 + n % QNI_GPU_TILE,
                                   (int64_t)8 * leaf[1] - 1 + n / QNI_GPU_TILE % QNI_GPU_TILE,
@@ -97,10 +98,6 @@ QN_HD_APART void qni_gpu_find_point(const qni_gpu_args *a, const double d[8], in
         local[axis] = point.p[axis];
 }
 
-QN_HD_APART int qni_gpu_entry_of_values(const double d[8]) {
-    return qni_cell_resolve(d, qni_case_of_values(d)).entry;
-}
-
 /* The vertices of active cell n of the leaf. */
 QN_HD_INLINE void qni_gpu_emit_cell(const qni_gpu_args *a, const qni_gpu_emit_shared *s,
                                     int64_t slot, const int32_t leaf[3], int n) {
@@ -120,10 +117,11 @@ QN_HD_INLINE void qni_gpu_emit_cell(const qni_gpu_args *a, const qni_gpu_emit_sh
         local[2] = at.z;
         on_axis = at.distance < 2;
         if (!on_axis)
-            entry = qni_gpu_entry_of_values(d);
+            entry = qni_gpu_resolve(d, qni_case_of_values(d)).entry;
     } else {
         polygons = qni_entry_polygons(entry);
     }
+    QN_ROLLED
     for (int polygon = 0; polygon < polygons; ++polygon, ++vertex) {
         if (!on_axis)
             qni_gpu_find_point(a, d, entry, polygon, vertex, local);
@@ -163,6 +161,7 @@ QN_HD_INLINE void qni_gpu_emit_quad(const qni_gpu_args *a, const int32_t point[3
 QN_HD_INLINE void qni_gpu_emit_quads(const qni_gpu_args *a, const qni_gpu_emit_shared *s,
                                      int64_t slot, const int32_t leaf[3], int thread) {
     const uint32_t first = a->quad_offset + qni_gpu_place(a, QNI_GPU_QUADS, slot);
+    QN_ROLLED
     for (int n = thread; n < 3 * QNI_LEAF_CELLS; n += QNI_EMIT_THREADS) {
         const int axis = n / QNI_LEAF_CELLS, cell = n % QNI_LEAF_CELLS;
         const int z = cell >> 6, bit = cell & 63;
@@ -196,6 +195,7 @@ QN_HD_INLINE void qni_gpu_emit(const qni_gpu_args *a, qni_gpu_emit_shared *s, in
     } else if (phase == 1) {
         qni_gpu_make_masks((const uint16_t(*)[9])s->signs, &s->masks, thread, QNI_EMIT_THREADS);
         const int cells = qni_gpu_cell_count(a, slot);
+        QN_ROLLED
         for (int n = thread; n < cells; n += QNI_EMIT_THREADS)
             qni_gpu_emit_cell(a, s, slot, leaf, n);
     } else if (phase == 2) {

@@ -103,8 +103,8 @@ QN_HD_INLINE double qni_gpu_value(const qni_gpu_field *field, int64_t x, int64_t
     return i == ci && j == cj && k == ck ? d : qni_gpu_outside_of(field, d);
 }
 
-QN_HD static inline void qni_gpu_load_cell(const qni_gpu_field *field, const int64_t cell[3],
-                                           double d[8]) {
+QN_HD_APART void qni_gpu_load_cell(const qni_gpu_field *field, const int64_t cell[3], double d[8]) {
+    QN_ROLLED
     for (int c = 0; c < 8; ++c)
         d[c] = qni_gpu_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
 }
@@ -113,19 +113,21 @@ QN_HD static inline void qni_gpu_load_cell(const qni_gpu_field *field, const int
  * is beyond. Where it is beyond along two, no vertex asks: 0. */
 QN_HD static inline double qni_gpu_extended_value(const qni_gpu_field *field,
                                                   const int64_t point[3]) {
-    int64_t end[3], before_end[3];
+    int64_t at[2][3]; /* the point, or the lattice's last one before it; the one before that */
+    double value[2] = {0, 0};
     int beyond = 0;
     for (int a = 0; a < 3; ++a) {
-        end[a] = qni_gpu_clamp(point[a], field->points[a]);
-        before_end[a] = 2 * end[a] - point[a];
-        if (end[a] - point[a] > 1 || point[a] - end[a] > 1)
-            beyond = 2;
-        beyond += end[a] != point[a];
+        at[0][a] = qni_gpu_clamp(point[a], field->points[a]);
+        at[1][a] = 2 * at[0][a] - point[a];
+        const int64_t step = at[0][a] - point[a];
+        beyond += step < -1 || step > 1 ? 2 : step != 0;
     }
     if (beyond > 1)
         return 0;
-    const double d = qni_gpu_value(field, end[0], end[1], end[2]);
-    return beyond ? 2 * d - qni_gpu_value(field, before_end[0], before_end[1], before_end[2]) : d;
+    QN_ROLLED
+    for (int n = 0; n <= beyond; ++n)
+        value[n] = qni_gpu_value(field, at[n][0], at[n][1], at[n][2]);
+    return beyond ? 2 * value[0] - value[1] : value[0];
 }
 
 /* The sign of a stored number, by its type's own threshold; `odd` when it is not finite. */

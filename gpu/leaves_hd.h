@@ -57,11 +57,16 @@ QN_HD_INLINE void qni_gpu_make_masks(const uint16_t signs[9][9], qni_leaf_masks 
 
 /* ---- cells ----------------------------------------------------------------------------------- */
 
+QN_HD_APART qni_cell_choice qni_gpu_resolve(const double d[8], int case_index) {
+    return qni_cell_resolve(d, case_index);
+}
+
 /* Bit `axis` for each low face of the cell that is a doubled edge. */
 QN_HD static inline int qni_gpu_doubled_faces(const qni_gpu_field *field, const int32_t cell[3],
                                               int ambiguous_faces, int entry) {
     const int64_t cells[3] = {field->points[0] - 1, field->points[1] - 1, field->points[2] - 1};
     int doubled = 0;
+    QN_ROLLED
     for (int axis = 0; axis < 3; ++axis) {
         if (!(ambiguous_faces >> (2 * axis) & 1) || cell[axis] == 0 ||
             !qni_one_polygon_has_face(entry, 2 * axis))
@@ -70,7 +75,7 @@ QN_HD static inline int qni_gpu_doubled_faces(const qni_gpu_field *field, const 
                                   cell[2] - (axis == 2)};
         double d[8];
         qni_gpu_load_cell(field, below, d);
-        const int entry_below = qni_cell_resolve(d, qni_case_of_values(d)).entry;
+        const int entry_below = qni_gpu_resolve(d, qni_case_of_values(d)).entry;
         if (!qni_one_polygon_has_face(entry_below, 2 * axis + 1))
             continue;
         const int first_cut = qni_face_first_cut(d, 2 * axis + 1);
@@ -90,7 +95,7 @@ QN_HD_APART void qni_gpu_resolve_cell(const qni_gpu_args *a, qni_gpu_leaf_shared
         const int64_t corner[3] = {at[0], at[1], at[2]};
         double d[8];
         qni_gpu_load_cell(field, corner, d);
-        const qni_cell_choice choice = qni_cell_resolve(d, case_index);
+        const qni_cell_choice choice = qni_gpu_resolve(d, case_index);
         int own = 1 << 0 | 1 << 2 | 1 << 4; /* faces count for the cell above, or the last cell */
         for (int axis = 0; axis < 3; ++axis)
             own |= (at[axis] == field->points[axis] - 2) << (2 * axis + 1);
@@ -110,6 +115,7 @@ QN_HD_APART void qni_gpu_resolve_cell(const qni_gpu_args *a, qni_gpu_leaf_shared
 QN_HD_INLINE void qni_gpu_look_at_column(const qni_gpu_args *a, qni_gpu_leaf_shared *s,
                                          const int32_t leaf[3], int thread) {
     s->ambiguous[thread] = s->tied[thread] = 0;
+    QN_ROLLED
     for (int z = 0; z < 8; ++z) {
         const int cell = thread + 64 * z;
         s->found[cell] = 0;
@@ -126,6 +132,7 @@ QN_HD_INLINE void qni_gpu_look_at_column(const qni_gpu_args *a, qni_gpu_leaf_sha
 
 QN_HD_INLINE void qni_gpu_sum_slice(qni_gpu_leaf_shared *s, int z) {
     uint64_t low = 0, high = 0, doubled[3] = {0, 0, 0};
+    QN_ROLLED
     for (int n = 0; n < 64; ++n) {
         const uint64_t found = s->found[n + 64 * z];
         low |= (found & 1) << n;
@@ -260,6 +267,7 @@ QN_HD_APART void qni_gpu_record_doubled(const qni_gpu_args *a, const qni_gpu_lea
     const int64_t corner[3] = {face.cell[0], face.cell[1], face.cell[2]};
     double d[8];
     qni_gpu_load_cell(&a->field, corner, d);
+    QN_ROLLED
     for (int axis = 0; axis < 3; ++axis)
         if (s->found[cell] >> (2 + axis) & 1) {
             face.axis = (uint8_t)axis;
@@ -277,6 +285,7 @@ QN_HD_INLINE void qni_gpu_record(const qni_gpu_args *a, qni_gpu_record_shared *s
     if (phase == 6) {
         int32_t leaf[3];
         qni_gpu_leaf_at(&a->field, a->active_leaf[item], leaf);
+        QN_ROLLED
         for (int z = 0; z < 8; ++z) {
             const int cell = thread + 64 * z;
             if (s->found[cell] & 3)
@@ -295,6 +304,7 @@ QN_HD_INLINE void qni_gpu_record(const qni_gpu_args *a, qni_gpu_record_shared *s
     } else if (thread < 32 && a->leaf_quads) {
         const int n = thread - 8;
         int before = 0;
+        QN_ROLLED
         for (int m = 0; m < n; ++m)
             before += qni_count_bits(s->quads[m >> 3][m & 7]);
         a->leaf_quads[item].mask[n >> 3][n & 7] = s->quads[n >> 3][n & 7];

@@ -90,6 +90,7 @@ QN_HD_INLINE void qni_gpu_link_face(const qni_gpu_args *a, const qni_gpu_link_ce
 QN_HD_INLINE uint32_t qni_gpu_halfedge_of(const qni_gpu_link_cell *c, unsigned edges,
                                           uint64_t next_code) {
     uint32_t lowest = QNI_GPU_NO_HALFEDGE, lowest_open = QNI_GPU_NO_HALFEDGE;
+    QN_ROLLED
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         if (!(edges >> edge & 1))
             continue;
@@ -116,7 +117,7 @@ QN_HD_APART int qni_gpu_resolved_entry(const qni_gpu_args *a, const int32_t cell
     const int64_t corner[3] = {cell[0], cell[1], cell[2]};
     double d[8];
     qni_gpu_load_cell(&a->field, corner, d);
-    return qni_cell_resolve(d, case_index).entry;
+    return qni_gpu_resolve(d, case_index).entry;
 }
 
 QN_HD_INLINE void qni_gpu_link_vertices(const qni_gpu_args *a, const qni_gpu_link_cell *c,
@@ -128,6 +129,7 @@ QN_HD_INLINE void qni_gpu_link_vertices(const qni_gpu_args *a, const qni_gpu_lin
         entry = qni_case_ambiguous_faces(c->case_index) == 0
                     ? qni_case_offset(c->case_index)
                     : qni_gpu_resolved_entry(a, c->at, c->case_index);
+    QN_ROLLED
     for (int polygon = 0; polygon < qni_entry_polygons(entry); ++polygon, ++vertex)
         a->vertex_halfedges[vertex - a->first_vertex] =
             qni_gpu_halfedge_of(c, qni_entry_edges(entry, polygon), qni_entry_next_code(entry));
@@ -142,6 +144,7 @@ QN_HD_INLINE void qni_gpu_link_one(const qni_gpu_args *a, const qni_gpu_link_sha
     c.at[2] = 8 * leaf[2] + z;
     c.case_index = qni_case_of_cell((const uint16_t(*)[9])s->signs, x, y, z);
     qni_gpu_look_up_cell(a, &c);
+    QN_ROLLED
     for (int axis = 0; axis < 3; ++axis)
         if (c.at[axis] > 0)
             qni_gpu_link_face(a, &c, 2 * axis);
@@ -168,6 +171,7 @@ QN_HD_INLINE void qni_gpu_link(const qni_gpu_args *a, qni_gpu_link_shared *s, in
         return;
     }
     const int cells = qni_gpu_cell_count(a, slot);
+    QN_ROLLED
     for (int n = thread; n < cells; n += QNI_LINK_THREADS)
         qni_gpu_link_one(a, s, slot, leaf, n);
 }

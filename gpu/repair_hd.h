@@ -51,6 +51,7 @@ QN_HD_INLINE uint32_t qni_gpu_doubled_quad(const qni_gpu_args *a, const qni_gpu_
 }
 
 QN_HD_INLINE void qni_gpu_mark_face(const qni_gpu_args *a, int64_t i) {
+    QN_ROLLED
     for (int n = 0; n < 4; ++n) {
         int edge;
         int32_t point[3];
@@ -78,6 +79,7 @@ QN_HD_INLINE int64_t qni_gpu_split_of(const qni_gpu_args *a, uint32_t quad) {
  * the same whoever writes it. */
 QN_HD_INLINE void qni_gpu_list_face(const qni_gpu_args *a, int64_t i) {
     const qni_gpu_doubled *face = a->doubled + i;
+    QN_ROLLED
     for (int n = 0; n < 4; ++n) {
         int edge;
         int32_t point[3];
@@ -117,6 +119,7 @@ QNI_GPU_THINGS(note_splits, qni_gpu_split_count(a), qni_gpu_note_split)
 QN_HD_APART void qni_gpu_place_anywhere(const qni_gpu_args *a, const int64_t cell[3],
                                         const double local[3], uint32_t vertex) {
     double stencil[QNI_STENCIL];
+    QN_ROLLED
     for (int n = 0; n < QNI_STENCIL; ++n) {
         int64_t point[3] = {cell[0], cell[1], cell[2]};
         if (n < 16) {
@@ -165,9 +168,11 @@ QN_HD_INLINE void qni_gpu_place_face(const qni_gpu_args *a, int64_t i) {
             cell[side][k] = face->cell[k] - (side && k == axis);
         qni_gpu_load_cell(&a->field, cell[side], d[side]);
     }
+    QN_ROLLED
     for (int segment = 0; segment < 2; ++segment) {
         double uw[2], length;
         qni_segment_middle(axis, face->first_cut, segment, d[0], uw, &length);
+        QN_ROLLED
         for (int side = 0; side < 2; ++side) {
             double local[3];
             left +=
@@ -289,6 +294,7 @@ QN_HD_INLINE void qni_gpu_link_side(const qni_gpu_args *a, int64_t index, int k)
 QN_HD_INLINE void qni_gpu_link_split(const qni_gpu_args *a, int64_t index) {
     const qni_gpu_split *split = a->splits + index;
     const int fan = split->quads;
+    QN_ROLLED
     for (int k = 0; k < 4; ++k) {
         qni_gpu_link_side(a, index, k);
         /* A corner whose halfedge was the old quad's. */

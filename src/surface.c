@@ -4,6 +4,7 @@
 #include "cms/cms.h"
 #include "core/status.h"
 #include "dmc/dmc.h"
+#include "gpu/gpu.h"
 #include "mesh/mesh.h"
 #include "solid/sampled.h"
 #include "qni_config.h"
@@ -14,7 +15,18 @@
 static qn_status one_isovalue(qn_context *context, const qn_volume *volume, double isovalue,
                               const qn_surface_options *options, qn_mesh **mesh_out,
                               qn_surface_report *report, qn_error *error) {
-    QN_TRY(qni_dmc_surface(context, volume, isovalue, options, mesh_out, report, error));
+    qn_surface_report on_gpu = {.isovalue = isovalue};
+    bool done = false;
+    if (options->device != QN_DEVICE_CPU)
+        QN_TRY(
+            qni_gpu_surface(context, volume, isovalue, options, &done, mesh_out, &on_gpu, error));
+    if (done) {
+        *report = on_gpu;
+    } else {
+        QN_TRY(qni_dmc_surface(context, volume, isovalue, options, mesh_out, report, error));
+        report->device = QN_DEVICE_CPU;
+        memcpy(report->device_note, on_gpu.device_note, sizeof report->device_note);
+    }
     if (*mesh_out && options->triangles)
         QN_TRY(qn_mesh_triangulate(context, *mesh_out, error));
     return QN_OK;
@@ -34,6 +46,9 @@ static qn_status check_options(const qn_surface_options *options, qn_mesh **mesh
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "relax is %d: it counts sweeps and cannot be negative",
                         (int)options->relax);
+    if ((unsigned)options->device > QN_DEVICE_CUDA)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "device is %d: there is none such",
+                        (int)options->device);
     if (!meshes_out && !options->count_only)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "meshes_out may be NULL only with count_only");

@@ -153,6 +153,7 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 /* ---- the report ------------------------------------------------------------------------------ */
 
 static json_t *report_options(const mesh_job *job) {
+    static const char *const device_names[] = {"auto", "cpu", "cuda"};
     const cli_options *options = job->session->options;
     return json_pack(
         "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
@@ -165,7 +166,8 @@ static json_t *report_options(const mesh_job *job) {
         options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
         !options->no_reproject, "relax", (int)options->relax, "faces",
         options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
-        options->ascii, "mode", options->cms ? "cms" : "dmc", "device", "cpu", "threads",
+        options->ascii, "mode", options->cms ? "cms" : "dmc", "device",
+        device_names[options->device], "threads",
         (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
 }
 

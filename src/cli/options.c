@@ -209,7 +209,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_FLAT, 0, "flat", NULL, VIEW, NULL, "shade by face instead of by vertex normal"},
 
     {OPTION_THREADS, 't', "threads", "N", WORK, "General", "worker threads; 0 (the default) is all cores. The result is the same for any number."},
-    {OPTION_DEVICE, 0, "device", "auto|cpu|cuda", MESH, NULL, "where to work; cpu is built in"},
+    {OPTION_DEVICE, 0, "device", "auto|cpu|cuda", MESH, NULL, "where to work; auto: a large volume on the GPU, where there is one. The result is the same."},
     {OPTION_PROGRESS, 0, "progress", "auto|bar|none", WORK, NULL, "auto shows a bar when stderr is a terminal"},
     {OPTION_QUIET, 'q', "quiet", NULL, WORK, NULL, "say nothing but errors"},
     {OPTION_VERBOSE, 'v', "verbose", NULL, WORK, NULL, "say more; twice: still more"},
@@ -378,10 +378,7 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         options->sign = (qn_mesh_sign)index;
         break;
     case OPTION_DEVICE:
-        if (index == 2) {
-            cli_say("--device cuda is not built in: take --device cpu, or leave it out");
-            return CLI_UNSUPPORTED;
-        }
+        options->device = (qn_device)index;
         break;
     }
     return 0;

@@ -67,6 +67,7 @@ typedef struct cli_options {
     bool fail_on_given;
     const char *report;
     int32_t threads;
+    qn_device device;
     cli_progress_choice progress;
     bool quiet;
     int verbose;

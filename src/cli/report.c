@@ -129,6 +129,10 @@ json_t *report_surface(const qn_surface_report *s) {
     set_integer(object, "simplify_passes", s->simplify_passes);
     set_real(object, "seconds_simplify", s->seconds_simplify);
     set_real(object, "seconds_relax", s->seconds_relax);
+    json_object_set_new(object, "device",
+                        json_string(s->device == QN_DEVICE_CUDA ? "cuda" : "cpu"));
+    json_object_set_new(object, "device_note",
+                        s->device_note[0] ? json_string(s->device_note) : json_null());
     return object;
 }
 

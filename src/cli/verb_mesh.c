@@ -137,6 +137,7 @@ static int extract(mesh_job *job) {
     surface.inside = job->inside;
     surface.open = options->open;
     surface.keep_doubled = options->keep_doubled;
+    surface.device = options->device;
     surface.topology = options->exact_topology ? QN_TOPOLOGY_EXACT : QN_TOPOLOGY_DISCS;
     surface.triangles = options->triangles;
     surface.skip_normals = options->skip_normals;

@@ -17,6 +17,13 @@
 #define QN_HD_INLINE static inline
 #endif
 
+/* Before a loop that nvcc shall not unroll: its body is large, or seldom entered. */
+#if defined(__CUDA_ARCH__)
+#define QN_ROLLED _Pragma("unroll 1")
+#else
+#define QN_ROLLED
+#endif
+
 /* What is rarely called and large: on the GPU a function of its own, so that it takes no registers
  * from those who call it. */
 #if defined(__CUDACC__)

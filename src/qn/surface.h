@@ -19,6 +19,14 @@ typedef enum qn_topology {
                           surface */
 } qn_topology;
 
+/* Where to work. The result has the same bytes on either. */
+typedef enum qn_device {
+    QN_DEVICE_AUTO, /* the GPU where there is one, it can do what is asked, and the volume is large
+                       enough to be worth the way; else the processor */
+    QN_DEVICE_CPU,
+    QN_DEVICE_CUDA /* the first CUDA device, or an error */
+} qn_device;
+
 typedef struct qn_surface_options {
     size_t struct_size;
     const double *isovalues; /* [isovalue_count]; borrowed for the call */
@@ -42,6 +50,7 @@ typedef struct qn_surface_options {
                     * own cell, towards squarer quads (equation (9)); 3 to 5 do most of it. After
                     * simplification. */
     qn_topology topology; /* an open surface's tunnels at its rim are left out */
+    qn_device device;
 } qn_surface_options;
 
 static inline void qn_surface_options_init(qn_surface_options *options) {
@@ -87,6 +96,8 @@ typedef struct qn_surface_report {
     double seconds_simplify, seconds_relax;
     int64_t split_rim_vertices; /* vertices more at an open border, so that none joins several fans
                                    of quads; not with options->keep_doubled */
+    qn_device device;           /* where the work was done: QN_DEVICE_CPU or QN_DEVICE_CUDA */
+    char device_note[120];      /* why QN_DEVICE_AUTO took the processor, or empty */
 } qn_surface_report;
 
 /* Extract the surfaces { p : volume(p) = iso } of the trilinear interpolant as consistently
@@ -112,6 +123,7 @@ typedef struct qn_surface_report {
  * QN_ERROR_INVALID_ARGUMENT   a non-finite iso-value, an unset struct_size, simplify_passes below
  * -1, a negative relax QN_ERROR_OUT_OF_MEMORY      the allocator returned NULL; or more than 2^32 -
  * 1 vertices QN_ERROR_CANCELLED          the progress callback asked to stop
+ * QN_ERROR_UNSUPPORTED        QN_DEVICE_CUDA without CUDA, a device, or for what it does not do
  *
  * Source: Grosso and Zint, "A parallel dual marching cubes approach to quad only surface
  * reconstruction", 2021, section 3 [DMC21]. Departures (no hash tables, vertices found without

@@ -389,10 +389,21 @@ class ExitCodes(Case):
         self.quoin("check", "open.ply", "--fail-on", "all", code=6)
 
     def test_7_not_built_in(self):
-        for arguments in (("remesh", "sphere.npy", "-o", "a.ply", "--mode", "dmc"),
-                          ("mesh", "sphere.npy", "-o", "a.ply", "--device", "cuda")):
-            _, err = self.quoin(*arguments, code=7)
-            self.assertIn("not built in", err)
+        _, err = self.quoin("remesh", "sphere.npy", "-o", "a.ply", "--mode", "dmc", code=7)
+        self.assertIn("not built in", err)
+        self.assertEqual(self.left(), ["sphere.npy"])
+
+    def test_7_no_gpu(self):
+        """Asking for a GPU gives the same bytes as the processor, or exit code 7 and a sentence."""
+        done = subprocess.run([QUOIN, "mesh", "sphere.npy", "--iso", "6", "-o", "gpu.ply", "--device", "cuda"],
+                              cwd=self.folder, capture_output=True, text=True, check=False)
+        if done.returncode == 0:
+            self.quoin("mesh", "sphere.npy", "--iso", "6", "-o", "cpu.ply", "--device", "cpu")
+            self.assertEqual(self.read("gpu.ply"), self.read("cpu.ply"))
+            return
+        self.assertEqual(done.returncode, 7, done.stderr)
+        self.assertRegex(done.stderr, "CUDA is not built in: .*nvcc|no CUDA device: ")
+        self.assertIn("--device cpu", done.stderr)
         self.assertEqual(self.left(), ["sphere.npy"])
 
     def test_130_interrupted(self):

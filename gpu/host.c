@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+/* A volume goes up, its surface comes down. What a device does not do yet, improvement of the mesh,
+ * the processor does to what came down. */
+#include "gpu/host.h"
+#include "gpu/driver.h"
+#include "dmc/dmc.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+#include "mesh/mesh.h"
+#include "volume/volume.h"
+
+#include <string.h>
+
+const char *qni_gpu_cannot(const qn_volume *volume, const qn_surface_options *options) {
+    const qn_grid *grid = qn_volume_grid(volume);
+    if (qn_volume_sparse_grid(volume))
+        return "sparse volumes are the processor's";
+    if (grid->swapped)
+        return "samples in foreign byte order are the processor's";
+    if (grid->stride[0] != (int64_t)qn_scalar_size(grid->scalar) || grid->stride[1] <= 0 ||
+        grid->stride[2] <= 0)
+        return "samples that do not lie in rows are the processor's";
+    if (options->topology != QN_TOPOLOGY_DISCS)
+        return "exact topology is the processor's";
+    if (options->open && !options->keep_doubled)
+        return "open surfaces whose rim is repaired are the processor's";
+    if (options->count_only)
+        return "counting alone is the processor's";
+    return NULL;
+}
+
+/* ---- up -------------------------------------------------------------------------------------- */
+
+static qn_status upload(qni_gpu_pool *pool, const qn_grid *grid, void **samples, qn_error *error) {
+    qni_device *device = pool->device;
+    const int64_t row = grid->size[0] * (int64_t)qn_scalar_size(grid->scalar),
+                  plane = row * grid->size[1];
+    QN_TRY(qni_gpu_reserve(pool, QNI_GPU_BUFFER_SAMPLES, plane * grid->size[2], samples, error));
+    if (grid->stride[1] == row && grid->stride[2] == plane)
+        return device->upload(device, *samples, grid->samples, plane * grid->size[2], error);
+    for (int64_t k = 0; k < grid->size[2]; ++k)
+        QN_TRY(device->upload_rows(device, (char *)*samples + k * plane,
+                                   (const char *)grid->samples + k * grid->stride[2], row,
+                                   grid->stride[1], grid->size[1], error));
+    return QN_OK;
+}
+
+/* ---- down ------------------------------------------------------------------------------------ */
+
+static qn_status download(qni_gpu_job *job, void *to, const void *from, int64_t bytes,
+                          qn_error *error) {
+    qni_device *device = job->pool->device;
+    return bytes > 0 ? device->download(device, to, from, bytes, error) : QN_OK;
+}
+
+static qn_status fill_mesh(qni_gpu_job *job, qn_mesh *mesh, qn_error *error) {
+    const qni_gpu_args *a = &job->args;
+    const int64_t vertices = job->vertex_count, quads = job->quad_count;
+    QN_TRY(download(job, mesh->positions, a->positions, 12 * vertices, error));
+    if (mesh->normals)
+        QN_TRY(download(job, mesh->normals, a->normals, 12 * vertices, error));
+    QN_TRY(download(job, mesh->quads, a->quads, 16 * quads, error));
+    if (mesh->twins) {
+        QN_TRY(download(job, mesh->twins, a->twins, 16 * quads, error));
+        QN_TRY(download(job, mesh->vertex_halfedges, a->vertex_halfedges, 4 * vertices, error));
+    }
+    return job->pool->device->finish(job->pool->device, error);
+}
+
+static qn_status make_mesh(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
+                           qn_mesh **mesh_out, qn_error *error) {
+    qn_mesh *mesh;
+    QN_TRY(qni_mesh_alloc(context, job->vertex_count, job->quad_count, 0, job->with_normals, &mesh,
+                          error));
+    memcpy(mesh->space, grid->space, sizeof mesh->space);
+    memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
+    qn_status status = job->with_halfedges ? qni_mesh_alloc_halfedges(context, mesh, error) : QN_OK;
+    if (status == QN_OK)
+        status = fill_mesh(job, mesh, error);
+    if (status != QN_OK) {
+        qn_mesh_destroy(mesh);
+        return status;
+    }
+    *mesh_out = mesh;
+    return QN_OK;
+}
+
+/* ---- all of it ------------------------------------------------------------------------------- */
+
+static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *volume,
+                     double isovalue, const qn_surface_options *options, qni_gpu_job *job,
+                     qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
+    const qn_grid *grid = qn_volume_grid(volume);
+    const double start = qni_seconds();
+    qni_field field;
+    void *samples;
+    QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open,
+                          &field, error));
+    QN_TRY(upload(pool, grid, &samples, error));
+    qni_gpu_job_init(job, pool, &field, samples, grid->size[0], grid->size[0] * grid->size[1]);
+    job->with_normals = !options->skip_normals;
+    job->with_halfedges =
+        (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
+    job->with_repair = !options->keep_doubled;
+    if (qni_progress(context, "classify", 0))
+        return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
+    QN_TRY(qni_gpu_count_surface(job, error));
+    const double counted = qni_seconds();
+    if (qni_progress(context, "emit", 0))
+        return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
+    QN_TRY(qni_gpu_emit_surface(job, error));
+    QN_TRY(qni_gpu_finish_surface(job, error));
+    QN_TRY(make_mesh(context, job, grid, mesh_out, error));
+    qni_gpu_fill_report(job, report);
+    report->seconds_classify = counted - start;
+    report->seconds_emit = qni_seconds() - counted;
+    return QN_OK;
+}
+
+qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn_volume *volume,
+                               double isovalue, const qn_surface_options *options,
+                               qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
+    const double start = qni_seconds();
+    qni_gpu_pool pool = {.device = device};
+    qni_gpu_job job;
+    *mesh_out = NULL;
+    memset(report, 0, sizeof *report);
+    qn_status status =
+        run(context, &pool, volume, isovalue, options, &job, mesh_out, report, error);
+    qni_gpu_pool_free(&pool);
+    if (status == QN_OK) {
+        qni_dmc dmc = {.context = context, .field = job.field};
+        report->device = QN_DEVICE_CUDA;
+        status = qni_dmc_improve(&dmc, *mesh_out, NULL, options, report, error);
+    }
+    if (status != QN_OK) {
+        qn_mesh_destroy(*mesh_out);
+        *mesh_out = NULL;
+    }
+    report->seconds_total = qni_seconds() - start;
+    return status;
+}
