@@ -155,20 +155,20 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 static json_t *report_options(const mesh_job *job) {
     static const char *const device_names[] = {"auto", "cpu", "cuda"};
     const cli_options *options = job->session->options;
-    return json_pack(
-        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
-        "s:s, s:i, s:b}",
-        "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
-        options->isovalue_count > 0 ? "given" : "auto", "inside",
-        job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
-        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold",
-        !options->keep_doubled, "topology", options->exact_topology ? "exact" : "discs", "simplify",
-        options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
-        !options->no_reproject, "relax", (int)options->relax, "faces",
-        options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
-        options->ascii, "mode", options->cms ? "cms" : "dmc", "device",
-        device_names[options->device], "threads",
-        (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
+    return json_pack("{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
+                     "s:s, s:i, s:b}",
+                     "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
+                     options->isovalue_count > 0 ? "given" : "auto", "inside",
+                     job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
+                     options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open,
+                     "manifold", !options->keep_doubled, "topology",
+                     options->exact_topology ? "exact" : "discs", "simplify", options->simplify,
+                     "simplify_passes", (int)options->simplify_passes, "reproject",
+                     !options->no_reproject, "relax", (int)options->relax, "faces",
+                     options->triangles ? "triangles" : "quads", "normals", !options->skip_normals,
+                     "ascii", options->ascii, "mode", options->cms ? "cms" : "dmc", "device",
+                     device_names[options->device], "threads",
+                     (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
 }
 
 static json_t *report_output(const mesh_job *job, int32_t i) {
