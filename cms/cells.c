@@ -277,6 +277,7 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
 
 static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf,
                               qni_patch *patch) {
+    patch->octree = stages->octree;
     qni_patch_set_cell(patch, &stages->octree->leaves[leaf]);
     if (!gather_cell(stages, patch, leaf))
         return QN_ERROR_OUT_OF_MEMORY;

@@ -252,6 +252,7 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->corner_loops += tally->corner_loops;
         report->flat_loops += tally->flat_loops;
         report->escaped_corners += tally->escaped_corners;
+        report->reaching_corners += tally->reaching_corners;
         report->multiple_cells += tally->multiple_cells;
         report->moved_loops += tally->moved_loops;
         report->nested_cells += tally->nested_cells;

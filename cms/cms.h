@@ -45,6 +45,7 @@ typedef struct qni_cms_job {
 typedef struct qni_cms_tally {
     int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
     int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
+    int64_t reaching_corners;
     int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
     int64_t tubes, nested_tubes, lost_tubes;
 } qni_cms_tally;
@@ -117,6 +118,7 @@ typedef struct qni_loop {
     bool has_apex;
     int32_t clusters, sharp_count;
     bool escaped; /* a corner that is not in the cell */
+    bool beyond;  /* its apex is in the empty cell across a wall */
 } qni_loop;
 
 typedef struct qni_directed {
@@ -134,6 +136,7 @@ typedef struct qni_patch {
         *solid; /* agrees with the whole one in the cell and half its block's width around */
     qn_solid *restricted; /* NULL: none yet */
     qni_cell restricted_to;
+    const qni_octree *octree; /* NULL while there is none yet */
     qni_cell cell;
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */

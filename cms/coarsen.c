@@ -184,6 +184,7 @@ static bool samples_are_explained(const qni_patch *patch) {
 /* The cell's own loop, as if its neighbours were leaves of its size. */
 static bool make_loop(qni_patch *patch, qni_face_solution *solution, const qni_cell *cell) {
     qni_face_feature features[QNI_FACES * MOST_FEATURES];
+    patch->octree = NULL;
     qni_patch_set_cell(patch, cell);
     for (int face = 0; face < QNI_FACES; ++face) {
         const qni_face place = qni_face_of_cell(cell, face);

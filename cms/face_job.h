@@ -60,6 +60,10 @@ bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const q
 bool qni_face_trace(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace);
 
+/* Is there surface next to the middle of the chord between two crossings, alike to both? */
+bool qni_pair_is_plain(const qni_face_job *job, const qni_face_point *enter,
+                       const qni_face_point *leave);
+
 /* Pair the crossings (pairing.c): neighbours, the first one with the next or the one before; or all
  * of them at the least cost. */
 void qni_pair_neighbors(qni_face_job *job, int shift);

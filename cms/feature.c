@@ -164,6 +164,8 @@ enum { MOST_SHEETS = 16, REFINE_STEPS = 12 };
 
 typedef struct sheet {
     double at[3], normal[3];
+    double middle[3]; /* of all its vertices */
+    bool fixed;       /* a plane to stay in */
 } sheet;
 
 static double height_over(const qni_loop_vertex *plane, const float place[3]) {
@@ -203,6 +205,15 @@ static const qni_loop_vertex *speaker_of(const qni_patch *patch, const qni_loop 
     return best;
 }
 
+static void middle_of(const qni_loop_vertex *v, int32_t count, int32_t from, int32_t to,
+                      double middle[3]) {
+    for (int k = 0; k < 3; ++k) {
+        middle[k] = 0;
+        for (int32_t n = from; n <= to; ++n)
+            middle[k] += (double)v[n % count].place[k] / (to - from + 1);
+    }
+}
+
 static int32_t gather_sheets(const qni_patch *patch, const qni_loop *loop, const double point[3],
                              sheet *sheets) {
     const qni_loop_vertex *v = patch->vertices + loop->first;
@@ -215,6 +226,8 @@ static int32_t gather_sheets(const qni_patch *patch, const qni_loop *loop, const
             ++to;
         const qni_loop_vertex *speaker = speaker_of(patch, loop, from, to, point);
         if (speaker) {
+            sheets[count].fixed = false;
+            middle_of(v, loop->count, from, to, sheets[count].middle);
             memcpy(sheets[count].at, speaker->at, sizeof sheets->at);
             memcpy(sheets[count++].normal, speaker->normal, sizeof sheets->normal);
         }
@@ -240,13 +253,15 @@ static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const
     return true;
 }
 
-/* The tangent again, most of the way towards a point; half of it where that is too far. */
+/* The tangent again, most of the way towards a point; less of it where that is too far. False when
+ * it was not most of the way. */
 static bool approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
     const double distance = sqrt(distance2(tangent->at, point));
-    if (!(distance > 1e-9 * patch->size))
+    if (tangent->fixed || !(distance > 1e-9 * patch->size))
         return true;
-    for (int attempt = 0; attempt < 2; ++attempt) {
-        const double share = attempt ? 0.5 : 0.9, reach = attempt ? 0.5 : 0.3;
+    static const double shares[3] = {0.9, 0.5, 0.2}, reaches[3] = {0.3, 0.5, 0.3};
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        const double share = shares[attempt], reach = reaches[attempt];
         double target[3], at[3], normal[3];
         for (int k = 0; k < 3; ++k)
             target[k] = tangent->at[k] + share * (point[k] - tangent->at[k]);
@@ -255,9 +270,27 @@ static bool approach(const qni_patch *patch, sheet *tangent, const double point[
             continue;
         memcpy(tangent->at, at, sizeof at);
         memcpy(tangent->normal, normal, sizeof normal);
-        return true;
+        return attempt == 0;
     }
     return false;
+}
+
+/* The tangent again in the midst of its sheet: the way from there to a point stays on the sheet
+ * where that from its rim may not. */
+static void settle(const qni_patch *patch, sheet *tangent, const double point[3]) {
+    double target[3], at[3], normal[3], height = 0;
+    for (int k = 0; k < 3; ++k) {
+        target[k] = 0.5 * (tangent->middle[k] + point[k]);
+        height += tangent->normal[k] * (target[k] - tangent->at[k]);
+    }
+    for (int k = 0; k < 3; ++k)
+        target[k] -= height * tangent->normal[k];
+    const double distance = sqrt(distance2(target, tangent->at));
+    if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal, 0.5 * distance,
+                          at, normal))
+        return;
+    memcpy(tangent->at, at, sizeof at);
+    memcpy(tangent->normal, normal, sizeof normal);
 }
 
 /* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */
@@ -268,20 +301,23 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
     if (!solve_sheets(sheets, count, rank, point, next))
         return false;
     memcpy(point, next, sizeof next);
+    for (int32_t n = 0; n < count; ++n)
+        if (!sheets[n].fixed)
+            settle(patch, &sheets[n], point);
     for (int step = 0; step < REFINE_STEPS; ++step) {
+        bool close = true;
         for (int32_t n = 0; n < count; ++n)
-            if (!approach(patch, &sheets[n], point))
-                return false;
+            close = approach(patch, &sheets[n], point) && close;
         if (!solve_sheets(sheets, count, rank, point, next))
             return false;
         const double moved = sqrt(distance2(next, point));
         if (!(moved < 2 * patch->size))
             return false;
         memcpy(point, next, sizeof next);
-        if (moved < 1e-7 * cell)
-            break;
+        if (close && moved < 1e-7 * cell)
+            return true;
     }
-    return true;
+    return false;
 }
 
 /* Is the point on the surface, to first order? */
@@ -295,6 +331,25 @@ static bool is_on_surface(const qni_patch *patch, const double point[3], double 
     return value == 0 || fabs(value) <= tolerance * sqrt(dot3(gradient, gradient));
 }
 
+/* The plane through the middle between the loop's two features, across the way between them. */
+static bool plane_across(const qni_patch *patch, const qni_loop *loop, const double middle[3],
+                         sheet *plane) {
+    double length = 0;
+    int32_t n = 0;
+    while (!patch->vertices[loop->first + n].sharp)
+        ++n;
+    for (int k = 0; k < 3; ++k) {
+        plane->at[k] = middle[k];
+        plane->normal[k] = (double)patch->vertices[loop->first + n].place[k] - middle[k];
+        length += plane->normal[k] * plane->normal[k];
+    }
+    length = sqrt(length);
+    for (int k = 0; k < 3; ++k)
+        plane->normal[k] /= length > 0 ? length : 1;
+    plane->fixed = true;
+    return length > 0;
+}
+
 /* Two features: from the middle between them to the crease itself. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     double middle[3], point[3];
@@ -302,13 +357,54 @@ static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     mean_of(patch, loop, true, middle);
     memcpy(point, middle, sizeof point);
     const int32_t count = gather_sheets(patch, loop, middle, sheets);
-    if (count == 2 && meet_sheets(patch, sheets, count, 2, point) && is_inside(patch, point) &&
-        is_on_surface(patch, point, 1e-3 * patch->size)) {
-        set_apex(patch, loop, point);
-        return;
+    const bool found = count == 2 && plane_across(patch, loop, middle, &sheets[2]) &&
+                       meet_sheets(patch, sheets, 3, 3, point) && is_inside(patch, point) &&
+                       is_on_surface(patch, point, 1e-3 * patch->size);
+    loop->escaped = !found && !is_on_surface(patch, middle, 2e-5 * patch->hermite->lattice.cell);
+    set_apex(patch, loop, found ? point : middle);
+}
+
+/* The wall beyond which a point lies, in the pyramid that has the wall as its base and the centre
+ * of the cell across as its tip; -1 when there is none such. */
+static int wall_before(const qni_patch *patch, const float place[3]) {
+    int wall = -1;
+    for (int k = 0; k < 3; ++k) {
+        const bool below = place[k] <= patch->low[k], above = place[k] >= patch->high[k];
+        if ((below || above) && wall >= 0)
+            return -1;
+        wall = below ? 2 * k : above ? 2 * k + 1 : wall;
     }
-    loop->escaped = true;
-    set_apex(patch, loop, middle);
+    if (wall < 0)
+        return -1;
+    const int axis = wall >> 1;
+    const double depth = wall & 1 ? (double)place[axis] - (double)patch->high[axis]
+                                  : (double)patch->low[axis] - (double)place[axis];
+    for (int k = 0; k < 3; ++k)
+        if (k != axis && !(depth > 0 && depth < (double)place[k] - (double)patch->low[k] &&
+                           depth < (double)patch->high[k] - (double)place[k]))
+            return -1;
+    return wall;
+}
+
+/* A corner beyond a wall that the lattice does not see: no edge of the cell across is crossed.
+ * Where nothing of the surface lies on the wall, the loop runs over the walls of the two cells
+ * together, and a fan from any point inside them is an embedded disc. Within the pyramid over the
+ * wall it cannot meet one that comes into the empty cell over another of its walls. */
+static bool reach_beyond(const qni_patch *patch, qni_loop *loop, const double point[3]) {
+    const float place[3] = {(float)point[0], (float)point[1], (float)point[2]};
+    const int wall = wall_before(patch, place);
+    if (wall < 0 || !patch->octree || patch->cell.level != 0 || patch->loop_count != 1)
+        return false;
+    for (int32_t n = 0; n < loop->count; ++n)
+        if (patch->vertices[loop->first + n].walls & 1 << wall)
+            return false;
+    const qni_cell across = qni_cell_across(&patch->cell, wall);
+    if (!qni_octree_is_empty(patch->octree, across.low))
+        return false;
+    memcpy(loop->apex, place, sizeof place);
+    loop->has_apex = true;
+    loop->beyond = true;
+    return true;
 }
 
 /* Three features and more: where all sheets meet. */
@@ -318,10 +414,14 @@ static void place_corner(qni_patch *patch, qni_loop *loop) {
     mean_of(patch, loop, true, mean);
     memcpy(point, mean, sizeof point);
     const int32_t count = gather_sheets(patch, loop, mean, sheets);
-    if (count >= 3 && meet_sheets(patch, sheets, count, 3, point) && is_inside(patch, point) &&
+    if (count >= 3 && meet_sheets(patch, sheets, count, 3, point) &&
         is_on_surface(patch, point, 1e-3 * patch->size)) {
-        set_apex(patch, loop, point);
-        return;
+        if (is_inside(patch, point)) {
+            set_apex(patch, loop, point);
+            return;
+        }
+        if (reach_beyond(patch, loop, point))
+            return;
     }
     loop->escaped = true;
     set_apex(patch, loop, mean);
@@ -344,7 +444,7 @@ static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_sur
 }
 
 static qn_status place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
-    loop->escaped = false;
+    loop->escaped = loop->beyond = false;
     loop->clusters = 1;
     if (loop->sharp_count == 0)
         return place_featureless(patch, loop, on_surface);
@@ -365,6 +465,7 @@ qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tall
         tally->crease_loops += loop->clusters == 2;
         tally->corner_loops += loop->clusters > 2;
         tally->escaped_corners += loop->escaped;
+        tally->reaching_corners += loop->beyond;
     }
     return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
 }

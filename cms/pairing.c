@@ -11,8 +11,10 @@ static double misfit(const qni_face_job *job, int i, int j) {
     const qni_face_point *a = &job->points[i], *b = &job->points[j];
     const qni_face_point *enter = a->enters ? a : b, *leave = a->enters ? b : a;
     qni_trace trace;
-    if (qni_pair_is_sharp(job, a, b) && qni_face_trace(job, enter, leave, &trace) &&
-        trace.count > 0)
+    const bool sharp = qni_pair_is_sharp(job, a, b);
+    if (sharp && qni_face_trace(job, enter, leave, &trace) && trace.count > 0)
+        return 0;
+    if (!sharp && job->settings->features && qni_pair_is_plain(job, enter, leave))
         return 0;
     const double *from = enter->line.at, *to = leave->line.at;
     const double way[2] = {to[0] - from[0], to[1] - from[1]};

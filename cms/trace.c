@@ -123,7 +123,28 @@ static double likeness(const qni_face_line *a, const qni_face_line *b) {
     return m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
 }
 
-typedef enum bend_kind { BEND_NONE, BEND_SMOOTH, BEND_SHARP } bend_kind;
+bool qni_pair_is_plain(const qni_face_job *job, const qni_face_point *enter,
+                       const qni_face_point *leave) {
+    const double *from = enter->line.at, *to = leave->line.at;
+    const double way[2] = {to[0] - from[0], to[1] - from[1]}, length = hypot(way[0], way[1]);
+    qni_face_line middle;
+    if (!qni_runs_rightly(from, to, enter->line.normal) ||
+        !qni_runs_rightly(from, to, leave->line.normal))
+        return false;
+    if (fabs(qni_dot2(way, enter->line.normal)) + fabs(qni_dot2(way, leave->line.normal)) <
+        1e-9 * length)
+        return true;
+    if (!sample_between(job, &enter->line, &leave->line, &middle))
+        return false;
+    const double off[2] = {middle.at[0] - 0.5 * (from[0] + to[0]),
+                           middle.at[1] - 0.5 * (from[1] + to[1])};
+    return hypot(off[0], off[1]) < 0.5 * length &&
+           likeness(&middle, &enter->line) >= job->settings->crease_cosine &&
+           likeness(&middle, &leave->line) >= job->settings->crease_cosine;
+}
+
+/* BEND_PARTED: another sheet lies between. */
+typedef enum bend_kind { BEND_NONE, BEND_PARTED, BEND_SMOOTH, BEND_SHARP } bend_kind;
 
 /* One step of both tangents towards where they meet. */
 static bool step_closer(const qni_face_job *job, qni_face_line *a, qni_face_line *b,
@@ -148,8 +169,8 @@ static bool step_closer(const qni_face_job *job, qni_face_line *a, qni_face_line
  * move. Where the surface curves too much for that, the way between is halved. What is smooth has
  * no angle left when it is looked at closely. */
 static bend_kind find_bend(const qni_face_job *job, const qni_face_line *first,
-                           const qni_face_line *second, double bend[2]) {
-    qni_face_line a = *first, b = *second, middle;
+                           const qni_face_line *second, double bend[2], qni_face_line *between) {
+    qni_face_line a = *first, b = *second;
     const double cell = job->hermite->lattice.cell;
     double last[2] = {HUGE_VAL, HUGE_VAL};
     for (int step = 0; step < STEPS; ++step) {
@@ -162,15 +183,15 @@ static bend_kind find_bend(const qni_face_job *job, const qni_face_line *first,
                 return is_within(job, bend, 5e-5 * cell) ? BEND_SHARP : BEND_NONE;
             continue;
         }
-        if (!sample_between(job, &a, &b, &middle))
+        if (!sample_between(job, &a, &b, between))
             return BEND_NONE;
-        const double to_a = likeness(&middle, &a), to_b = likeness(&middle, &b);
+        const double to_a = likeness(between, &a), to_b = likeness(between, &b);
         if (fmax(to_a, to_b) < job->settings->crease_cosine)
-            return BEND_NONE;
+            return BEND_PARTED;
         if (to_a > to_b)
-            a = middle;
+            a = *between;
         else
-            b = middle;
+            b = *between;
         if (likeness(&a, &b) >= job->settings->crease_cosine)
             return BEND_SMOOTH;
     }
@@ -263,7 +284,13 @@ static void find_bends(const qni_face_job *job, qni_trace *trace, bool halfway, 
     for (int n = 0; n < trace->count; ++n) {
         double *bend = trace->bends[n], distance;
         qni_face_line unused;
-        const bend_kind kind = find_bend(job, &trace->lines[n], &trace->lines[n + 1], bend);
+        const bend_kind kind =
+            find_bend(job, &trace->lines[n], &trace->lines[n + 1], bend, &out->line);
+        if (kind == BEND_PARTED) {
+            out->bend = n;
+            out->has_line = true;
+            return;
+        }
         if (kind == BEND_SHARP && (!probe(job, bend, &unused, &distance) ||
                                    distance <= 1e-6 * job->hermite->lattice.cell))
             continue;
@@ -305,7 +332,8 @@ static void start_chain(const qni_face_point *enter, const qni_face_point *leave
 static bool accept_roughly(const qni_face_job *job, qni_trace *trace) {
     qni_face_line unused;
     double distance;
-    return find_bend(job, &trace->lines[0], &trace->lines[1], trace->bends[0]) == BEND_SHARP &&
+    return find_bend(job, &trace->lines[0], &trace->lines[1], trace->bends[0], &unused) ==
+               BEND_SHARP &&
            runs_on(job, trace) && probe(job, trace->bends[0], &unused, &distance) &&
            distance < 0.01 * job->size;
 }
@@ -313,8 +341,8 @@ static bool accept_roughly(const qni_face_job *job, qni_trace *trace) {
 bool qni_face_trace(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace) {
     double bend[2];
-    start_chain(enter, leave, trace);
-    if (find_bend(job, &enter->line, &leave->line, bend) == BEND_SMOOTH) {
+    qni_face_line unused;
+    if (find_bend(job, &enter->line, &leave->line, bend, &unused) == BEND_SMOOTH) {
         trace->count = 0;
         trace->verified = true;
         return true;

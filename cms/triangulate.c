@@ -59,6 +59,7 @@ typedef struct flat_job {
     bool force; /* any triangle that faces the loop's way will do */
     double tolerance;
     double facing[3];                     /* unit length */
+    uint8_t sheets[MOST_FLAT];            /* bits: on which side of a crease that comes through */
     int planes[MOST_FLAT], plane_count;   /* vertices whose tangent planes differ */
     double heights[MOST_FLAT][MOST_FLAT]; /* of each vertex over each of these planes */
     double cost[MOST_FLAT][MOST_FLAT];
@@ -96,6 +97,16 @@ static void measure_heights(flat_job *job) {
     }
 }
 
+/* One crease through the loop: no triangle may lie on both sides of it. */
+static void mark_sheets(flat_job *job, int32_t sharp_count) {
+    uint8_t sheet = 1;
+    for (int n = 0; n < job->count; ++n) {
+        job->sheets[n] = sharp_count != 2 || job->v[n].sharp ? 3 : sheet;
+        if (job->v[n].sharp)
+            sheet = 3 - sheet;
+    }
+}
+
 /* The crossing whose tangent plane the triangle lies in, within the tolerance, and whose way it
  * faces; -1 for none. */
 static int plane_of(const flat_job *job, int i, int j, int k, const double normal[3], double area,
@@ -120,6 +131,8 @@ static int plane_of(const flat_job *job, int i, int j, int k, const double norma
 /* What a triangle costs; infinite when it will not do. */
 static double triangle_cost(const flat_job *job, int i, int j, int k, int *plane) {
     double a[3], b[3], normal[3];
+    if (!job->force && !(job->sheets[i] & job->sheets[j] & job->sheets[k]))
+        return HUGE_VAL;
     for (int n = 0; n < 3; ++n) {
         a[n] = (double)job->v[j].place[n] - (double)job->v[i].place[n];
         b[n] = (double)job->v[k].place[n] - (double)job->v[i].place[n];
@@ -180,7 +193,7 @@ static bool choose_triangles(flat_job *job) {
                 continue; /* a diagonal in a wall */
             for (int k = i + 1; k < j; ++k) {
                 const double parts = job->cost[i][k] + job->cost[k][j];
-                int plane;
+                int plane = -1;
                 if (!(parts < job->cost[i][j]))
                     continue;
                 const double total = parts + triangle_cost(job, i, k, j, &plane);
@@ -212,6 +225,7 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
     for (int k = 0; k < 3; ++k)
         job.facing[k] /= length > 0 ? length : 1;
     measure_heights(&job);
+    mark_sheets(&job, loop->sharp_count);
     if (!choose_triangles(&job))
         return false;
     loop->triangle_first = (int32_t)patch->triangle_count;

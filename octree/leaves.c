@@ -126,6 +126,16 @@ int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell) {
            __builtin_popcountll(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
 }
 
+bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]) {
+    const int level = qni_octree_level(octree, point);
+    if (level < 0)
+        return true;
+    const qni_cell leaf = {
+        {point[0] >> level << level, point[1] >> level << level, point[2] >> level << level},
+        level};
+    return qni_octree_find_leaf(octree, &leaf) < 0;
+}
+
 qni_cell qni_cell_across(const qni_cell *cell, int face) {
     qni_cell across = *cell;
     across.low[face >> 1] += (face & 1 ? 1 : -1) * (1 << cell->level);

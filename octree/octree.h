@@ -35,6 +35,8 @@ void qni_octree_destroy(qni_octree *octree);
 int qni_octree_level(const qni_octree *octree, const int32_t point[3]);
 /* The number of a leaf with surface, or -1 when there is none such. */
 int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell);
+/* Is the finest cell at a point in no leaf with surface? */
+bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]);
 /* Is the cell of the same size across a face divided? Only the part along the face is asked: where
  * no block lies there, no surface does. */
 bool qni_octree_divided_across(const qni_octree *octree, const qni_cell *cell, int face);

@@ -158,6 +158,7 @@ static void set_solid_integers(json_t *object, const qn_solid_surface_report *s)
         {"flat_loops", s->flat_loops},
         {"divided_leaves", s->divided_leaves},
         {"escaped_corners", s->escaped_corners},
+        {"reaching_corners", s->reaching_corners},
         {"multiple_cells", s->multiple_cells},
         {"moved_loops", s->moved_loops},
         {"nested_cells", s->nested_cells},

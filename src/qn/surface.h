@@ -188,7 +188,8 @@ typedef struct qn_solid_surface_report {
     int64_t divided_leaves;  /* leaves that were divided again since finer neighbours made them come
                                 out badly */
     int64_t escaped_corners; /* corners that lay outside their finest cell and were moved in */
-    int64_t multiple_cells;  /* cells with two loops or more */
+    int64_t reaching_corners; /* corners set in the empty cell beside their own */
+    int64_t multiple_cells;   /* cells with two loops or more */
     int64_t moved_loops; /* loops made anew, without their features, since they met another in their
                             cell */
     int64_t nested_cells;     /* cells where that took the last resort, nested boxes */

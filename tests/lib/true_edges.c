@@ -55,29 +55,26 @@ static bool dual_steps(const double m[3], const double n[3], double steps[2][3])
     return true;
 }
 
-static void height_over_sphere(const test_curve *curve, double t, double *height) {
-    const test_face *cylinder = &curve->faces[0], *sphere = &curve->faces[1];
-    double rim[3], d[3];
-    for (int k = 0; k < 3; ++k) {
-        rim[k] =
-            cylinder->centre[k] + cylinder->radius * (cos(t) * curve->u[k] + sin(t) * curve->v[k]);
-        d[k] = rim[k] - sphere->centre[k];
+/* Angle about the cylinder and height over the sphere's centre. */
+static void quartic_at(const test_curve *curve, double t, double *angle, double *height) {
+    if (curve->branch) {
+        *angle = t;
+        *height = curve->branch * sqrt(curve->a + curve->b * cos(t));
+        return;
     }
-    const double along = dot(d, cylinder->axis);
-    const double square =
-        along * along - dot(d, d) + sphere->radius * sphere->radius; /* NaN where they miss */
-    *height = -along + curve->branch * sqrt(square);
+    *height = curve->half_height * sin(t);
+    *angle = 2 * asin(fmin(fmax(curve->half_height * cos(t) / sqrt(2 * curve->b), -1), 1));
 }
 
 void test_curve_at(const test_curve *curve, double t, double point[3]) {
-    double height = 0;
+    double height = 0, angle = t;
     if (curve->kind == TEST_QUARTIC)
-        height_over_sphere(curve, t, &height);
+        quartic_at(curve, t, &angle, &height);
     for (int k = 0; k < 3; ++k)
-        point[k] =
-            curve->kind == TEST_LINE
-                ? curve->origin[k] + t * curve->u[k]
-                : curve->origin[k] + curve->radius * (cos(t) * curve->u[k] + sin(t) * curve->v[k]);
+        point[k] = curve->kind == TEST_LINE
+                       ? curve->origin[k] + t * curve->u[k]
+                       : curve->origin[k] +
+                             curve->radius * (cos(angle) * curve->u[k] + sin(angle) * curve->v[k]);
     for (int k = 0; k < 3 && curve->kind == TEST_QUARTIC; ++k)
         point[k] += height * curve->faces[0].axis[k];
 }
@@ -142,16 +139,26 @@ static int plane_and_cylinder(const test_face *plane, const test_face *cylinder,
 
 static int cylinder_and_sphere(const test_face *cylinder, const test_face *sphere,
                                test_curve *out) {
+    double normal[3];
+    const double r = cylinder->radius, d = face_height(cylinder, sphere->centre, normal) + r,
+                 a = sphere->radius * sphere->radius - d * d - r * r, b = 2 * d * r;
+    if (a + b <= 0)
+        return 0;
     for (int n = 0; n < 2; ++n) {
         out[n].kind = TEST_QUARTIC;
         out[n].faces[0] = *cylinder;
         out[n].faces[1] = *sphere;
-        out[n].branch = n ? 1 : -1;
-        out[n].radius = cylinder->radius;
-        memcpy(out[n].origin, cylinder->centre, sizeof out[n].origin);
-        two_across(cylinder->axis, out[n].u, out[n].v);
+        out[n].branch = a < b ? 0 : n ? 1 : -1;
+        out[n].radius = r;
+        out[n].a = a;
+        out[n].b = b;
+        out[n].half_height = sqrt(a + b);
+        memcpy(out[n].u, normal, sizeof normal);
+        cross(cylinder->axis, normal, out[n].v);
+        for (int k = 0; k < 3; ++k)
+            out[n].origin[k] = sphere->centre[k] - d * normal[k];
     }
-    return 2;
+    return a < b ? 1 : 2;
 }
 
 static int curves_of(const test_face *a, const test_face *b, test_curve out[2]) {
@@ -287,6 +294,8 @@ static double project(const test_curve *curve, const double point[3], double *t)
     for (int k = 0; k < 3; ++k)
         d[k] = point[k] - curve->origin[k];
     *t = curve->kind == TEST_LINE ? dot(d, curve->u) : atan2(dot(d, curve->v), dot(d, curve->u));
+    if (curve->kind == TEST_QUARTIC && curve->branch == 0)
+        *t = atan2(dot(d, curve->faces[0].axis), sqrt(2 * curve->b) * sin(0.5 * *t));
     test_curve_at(curve, *t, foot);
     if (curve->kind != TEST_QUARTIC)
         return distance(foot, point);

@@ -18,12 +18,15 @@ typedef struct test_face {
     double centre[3], axis[3], radius;
 } test_face;
 
-/* Line: origin + t u. Circle: origin + radius (cos t u + sin t v). Cylinder and sphere: t is the
- * angle about the cylinder, `branch` the sign of the height over the sphere's centre. */
+/* Line: origin + t u. Circle: origin + radius (cos t u + sin t v). Cylinder and sphere: where the
+ * sphere holds a piece of the axis's tube whole, two curves, t the angle about the cylinder and
+ * `branch` the sign of the height over the sphere's centre; else (branch 0) one, the height being
+ * half_height sin t. Heights are squared a + b cos of the angle. */
 typedef struct test_curve {
     enum { TEST_LINE, TEST_CIRCLE, TEST_QUARTIC } kind;
     test_face faces[2];
     double origin[3], u[3], v[3], radius;
+    double a, b, half_height;
     int branch;
 } test_curve;
 
