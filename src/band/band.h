@@ -56,17 +56,17 @@ typedef struct qni_band {
 qn_status qni_lattice_place(const qn_band_options *options, const double low[3],
                             const double high[3], double reach, qni_lattice *lattice_out,
                             qn_error *error);
-/* Voxel size that the options ask for. */
 qn_status qni_band_check_options(const qn_band_options *options, qn_error *error);
 
 /* Leaves and inner tiles, from the top. */
 qn_status qni_band_discover(qni_band *band);
-/* Their values; leaves that have no sample in the band become tiles, or go. */
-qn_status qni_band_fill(qni_band *band);
+/* Discovery, then the values; leaves that have no sample in the band become tiles, or go. */
+qn_status qni_band_run(qni_band *band, const qni_band_source *source, qn_band_report *report);
 /* A volume that takes leaves, values and tiles over. */
 qn_status qni_band_finish(qni_band *band, const char *space, const char *unit,
                           qn_volume **volume_out);
-void qni_band_free(qni_band *band);
+/* Gives up all that was found; qni_band_run() may follow again. */
+void qni_band_clear(qni_band *band);
 /* Room for one more tile. */
 qn_status qni_band_add_tile(qni_band *band, const int32_t origin[3], int32_t size);
 

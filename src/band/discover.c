@@ -14,7 +14,7 @@ typedef struct level_job {
     qni_band_node *nodes;
     uint8_t *classes;
     int32_t size;
-    qn_status failure; /* any block's: cancelled is the only one there is */
+    qn_status failure; /* any block's */
 } level_job;
 
 static void classify_block(void *pointer, int64_t block, int64_t begin, int64_t end) {

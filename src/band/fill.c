@@ -2,6 +2,7 @@
 /* Values of the leaves, and the volume made of them. */
 #include "band/band.h"
 #include "core/context.h"
+#include "core/parallel.h"
 #include "core/status.h"
 
 #include <string.h>
@@ -57,7 +58,7 @@ static qn_status drop_plain_leaves(qni_band *band) {
     return QN_OK;
 }
 
-qn_status qni_band_fill(qni_band *band) {
+static qn_status fill_leaves(qni_band *band) {
     qn_context *context = band->work.context;
     const int64_t count = band->leaf_room;
     band->values = qni_alloc(context, count, QNI_BAND_SAMPLES * sizeof *band->values);
@@ -72,12 +73,35 @@ qn_status qni_band_fill(qni_band *band) {
     return drop_plain_leaves(band);
 }
 
-void qni_band_free(qni_band *band) {
+qn_status qni_band_run(qni_band *band, const qni_band_source *source, qn_band_report *report) {
+    const double started = qni_seconds();
+    band->source = source;
+    QN_TRY(qni_band_discover(band));
+    const double discovered = qni_seconds();
+    QN_TRY(fill_leaves(band));
+    report->seconds_discovery = discovered - started;
+    report->seconds_values = qni_seconds() - discovered;
+    report->voxel = band->lattice.voxel;
+    report->background = band->background;
+    report->leaf_count = band->leaf_count;
+    report->tile_count = band->tile_count;
+    report->active_count = band->active_count;
+    report->visited_nodes = band->visited_nodes;
+    return QN_OK;
+}
+
+void qni_band_clear(qni_band *band) {
     qn_context *context = band->work.context;
     qni_free(context, band->tiles, band->tile_room, sizeof *band->tiles);
     qni_free(context, band->masks, band->leaf_room, QNI_BAND_WORDS * sizeof *band->masks);
     qni_free(context, band->values, band->leaf_room, QNI_BAND_SAMPLES * sizeof *band->values);
     qni_free(context, band->leaves, band->leaf_room, sizeof *band->leaves);
+    band->tiles = NULL;
+    band->masks = NULL;
+    band->values = NULL;
+    band->leaves = NULL;
+    band->leaf_count = band->leaf_room = band->tile_count = band->tile_room = 0;
+    band->visited_nodes = band->active_count = 0;
 }
 
 /* ---- the volume --------------------------------------------------------------------------------

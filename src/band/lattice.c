@@ -27,7 +27,7 @@ qn_status qni_band_check_options(const qn_band_options *options, qn_error *error
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "offset %g, shell %g: give finite lengths, the shell's 0 or more",
                         options->offset, options->shell);
-    if ((int)options->sign < 0 || options->sign > QN_BAND_SIGN_WINDING)
+    if ((int)options->sign < 0 || options->sign > QN_MESH_SIGN_WINDING)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "there is no sign choice %d",
                         (int)options->sign);
     for (int i = 0; options->has_origin && i < 3; ++i)

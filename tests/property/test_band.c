@@ -179,7 +179,7 @@ static void signs_never_leak(void **state) {
         qn_band_options options;
         qn_band_options_init(&options);
         options.dim = (int32_t)test_random_range(&random, 8, 32);
-        options.sign = test_random_range(&random, 0, 1) ? QN_BAND_SIGN_PARITY : QN_BAND_SIGN_AUTO;
+        options.sign = test_random_range(&random, 0, 1) ? QN_MESH_SIGN_PARITY : QN_MESH_SIGN_AUTO;
         qn_volume *volume = NULL;
         qn_band_report report;
         assert_int_equal(qn_volume_from_mesh(context, mesh, &options, &volume, &report, NULL),
