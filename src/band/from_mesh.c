@@ -176,6 +176,26 @@ static void sides_by_lines(const mesh_band *band, const qni_band_node *leaf,
     }
 }
 
+/* The same as qni_leaf_tears() for samples and their neighbours in other leaves. */
+static int64_t tears_beyond(const mesh_band *band, const qni_band_node *leaf,
+                            const double distances[QNI_BAND_SAMPLES],
+                            const bool inside[QNI_BAND_SAMPLES]) {
+    const double least = band->lattice->voxel * (1 + 1e-9);
+    int64_t tears = 0;
+    for (int n = 0; n < QNI_BAND_SAMPLES; ++n) {
+        const int at[3] = {n & 7, n >> 3 & 7, n >> 6};
+        for (int axis = 0; axis < 3; ++axis) {
+            if ((at[axis] != 0 && at[axis] != 7) || !(distances[n] > least))
+                continue;
+            int32_t beyond[3] = {leaf->origin[0] + at[0], leaf->origin[1] + at[1],
+                                 leaf->origin[2] + at[2]};
+            beyond[axis] += at[axis] ? 1 : -1;
+            tears += is_inside(band, qni_lines_winding(band->lines, beyond)) != inside[n];
+        }
+    }
+    return tears;
+}
+
 static void place_of(const mesh_band *band, const qni_band_node *leaf, int sample,
                      double place[3]) {
     const double index[3] = {(double)leaf->origin[0] + (sample & 7),
@@ -241,7 +261,8 @@ static qn_status fill(const void *user, const qni_band_node *leaf, float values[
         QN_TRY(ask_solid(band, leaf, distances, inside));
     else {
         sides_by_lines(band, leaf, inside);
-        const int64_t tears = qni_leaf_tears(distances, band->lattice->voxel, inside);
+        const int64_t tears = qni_leaf_tears(distances, band->lattice->voxel, inside) +
+                              tears_beyond(band, leaf, distances, inside);
         __atomic_fetch_add(band->tears, tears, __ATOMIC_RELAXED);
     }
     memset(mask, 0, QNI_BAND_WORDS * sizeof *mask);

@@ -306,6 +306,151 @@ static void a_sheet_becomes_a_slab(void **state) {
     test_context_end(context);
 }
 
+/* A box without some of its sides: lines along x see only holes across x, the others are seen by
+ * torn pairs. The sheets over them close it. */
+static void holes_are_closed_by_sheets(void **state) {
+    (void)state;
+    const double half[3] = {0.5, 0.5, 0.5};
+    qn_context *context = test_context(2);
+    for (int side = 0; side < 3; ++side) {
+        qn_mesh *whole = one_box(context, half), *open = NULL;
+        qn_mesh_view view = qn_mesh_get_view(whole);
+        uint32_t kept[30];
+        const int missing[3] = {8, 4, 0}; /* the first of two triangles at low x, y, z */
+        for (int t = 0, n = 0; t < 12; ++t)
+            if (t / 2 != missing[side] / 2)
+                memcpy(kept + 3 * n++, view.triangles + 3 * t, 3 * sizeof *kept);
+        view.triangles = kept;
+        view.triangle_count = 10;
+        assert_int_equal(qn_mesh_create(context, &view, &open, NULL), QN_OK);
+        qn_band_options options;
+        qn_band_options_init(&options);
+        options.dim = 30;
+        qn_volume *volume = NULL;
+        qn_band_report report;
+        assert_int_equal(qn_volume_from_mesh(context, open, &options, &volume, &report, NULL),
+                         QN_OK);
+        assert_int_equal(report.holes, 1);
+        assert_true(side == 0 ? report.disagreeing_lines > 0 : report.torn_pairs > 0);
+        qn_volume_destroy(volume);
+        const qn_mesh_report check = surface_of(context, open, &options);
+        assert_true(check.volume > 0.7 && check.volume < 1.05 && check.components == 1);
+        qn_mesh_destroy(open);
+        qn_mesh_destroy(whole);
+    }
+    test_context_end(context);
+}
+
+/* ---- solids ------------------------------------------------------------------------------------
+ */
+
+/* A box with a round hole through it: volume and genus are known. */
+static qn_solid *drilled_box(qn_context *context) {
+    const double low[3] = {-1, -0.8, -0.5}, high[3] = {1, 0.8, 0.5};
+    const double down[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, -1}};
+    qn_solid *parts[2] = {NULL, NULL}, *drill = NULL, *solid = NULL;
+    assert_int_equal(qn_solid_box(context, low, high, &parts[0], NULL), QN_OK);
+    assert_int_equal(qn_solid_cylinder(context, 2, 0.4, 0.4, 0, &drill, NULL), QN_OK);
+    assert_int_equal(qn_solid_transform(context, drill, down, &parts[1], NULL), QN_OK);
+    assert_int_equal(qn_solid_difference(context, 2, parts, &solid, NULL), QN_OK);
+    qn_solid_destroy(parts[0]);
+    qn_solid_destroy(parts[1]);
+    qn_solid_destroy(drill);
+    return solid;
+}
+
+static void check_solid_samples(const qn_solid *solid, const opened_band *band) {
+    int32_t p[3];
+    for (p[2] = 8 * band->low[2]; p[2] < 8 * (band->low[2] + band->size[2]); ++p[2])
+        for (p[1] = 8 * band->low[1]; p[1] < 8 * (band->low[1] + band->size[1]); ++p[1])
+            for (p[0] = 8 * band->low[0]; p[0] < 8 * (band->low[0] + band->size[0]); ++p[0]) {
+                double place[1][3], value;
+                bool active;
+                place_of(band, p, place[0]);
+                assert_int_equal(qn_solid_values(solid, 1, (const double(*)[3])place, &value, NULL),
+                                 QN_OK);
+                const double sampled = value_at(band, p, &active);
+                assert_true((sampled < 0) == (value < 0));
+                assert_true(!active || fabs(sampled - value) <= 1e-6);
+            }
+}
+
+static void bands_of_solids_hold_their_values(void **state) {
+    (void)state;
+    qn_context *context = test_context(2);
+    qn_solid *solid = drilled_box(context);
+    qn_band_options options;
+    qn_band_options_init(&options);
+    options.dim = 64;
+    qn_volume *volume = NULL;
+    qn_band_report report;
+    assert_int_equal(qn_volume_from_solid(context, solid, &options, &volume, &report, NULL), QN_OK);
+    opened_band band = open_band(volume);
+    check_solid_samples(solid, &band);
+    free(band.leaf);
+    qn_mesh *mesh = NULL;
+    qn_mesh_report check;
+    qn_surface_options how;
+    qn_surface_options_init(&how);
+    how.inside = QN_INSIDE_BELOW;
+    assert_int_equal(qn_surface(context, volume, &how, &mesh, NULL, NULL), QN_OK);
+    assert_int_equal(qn_mesh_check(context, mesh, NULL, &check, NULL), QN_OK);
+    assert_true(check.closed && check.manifold && check.largest_genus == 1);
+    assert_true(fabs(check.volume / (3.2 - pi * 0.16) - 1) < 8e-3);
+    qn_mesh_destroy(mesh);
+    qn_volume_destroy(volume);
+    qn_solid_destroy(solid);
+    test_context_end(context);
+}
+
+static int ball_values(void *user, int64_t count, const double (*points)[3], double *values) {
+    (void)user;
+    for (int64_t n = 0; n < count; ++n)
+        values[n] = points[n][0] * points[n][0] + points[n][1] * points[n][1] +
+                    points[n][2] * points[n][2] - 1;
+    return 0;
+}
+
+static int stopping_values(void *user, int64_t count, const double (*points)[3], double *values) {
+    int64_t *left = user;
+    ball_values(NULL, count, points, values);
+    return --*left < 0;
+}
+
+/* A function without bounds is sampled everywhere; one that stops ends the work. */
+static void a_function_alone_is_enough(void **state) {
+    (void)state;
+    qn_context *context = test_context(1);
+    qn_solid_callback callback;
+    qn_solid_callback_init(&callback);
+    callback.values = ball_values;
+    for (int i = 0; i < 3; ++i) {
+        callback.low[i] = -1;
+        callback.high[i] = 1;
+    }
+    qn_solid *solid = NULL;
+    qn_volume *volume = NULL;
+    qn_band_options options;
+    qn_band_options_init(&options);
+    options.dim = 40;
+    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, NULL), QN_OK);
+    assert_int_equal(qn_volume_from_solid(context, solid, &options, &volume, NULL, NULL), QN_OK);
+    opened_band band = open_band(volume);
+    check_solid_samples(solid, &band);
+    free(band.leaf);
+    qn_volume_destroy(volume);
+    qn_solid_destroy(solid);
+    int64_t left = 20;
+    callback.values = stopping_values;
+    callback.user = &left;
+    assert_int_equal(qn_solid_from_callback(context, &callback, &solid, NULL), QN_OK);
+    assert_int_equal(qn_volume_from_solid(context, solid, &options, &volume, NULL, NULL),
+                     QN_ERROR_CANCELLED);
+    assert_null(volume);
+    qn_solid_destroy(solid);
+    test_context_end(context);
+}
+
 /* ---- order and failures ------------------------------------------------------------------------
  */
 
@@ -428,6 +573,9 @@ int main(void) {
         cmocka_unit_test(offsets_are_round_outside_and_sharp_inside),
         cmocka_unit_test(shells_have_two_sides),
         cmocka_unit_test(a_sheet_becomes_a_slab),
+        cmocka_unit_test(holes_are_closed_by_sheets),
+        cmocka_unit_test(bands_of_solids_hold_their_values),
+        cmocka_unit_test(a_function_alone_is_enough),
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(each_allocation_and_each_look_may_fail),
         cmocka_unit_test(what_is_refused),
