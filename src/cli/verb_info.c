@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* quoin info: what a file holds. */
+#include "info_grids.h"
 #include "input.h"
 #include "number.h"
 #include "report.h"
@@ -89,16 +90,21 @@ static void print_histogram(const qn_volume_statistics *s) {
     }
 }
 
-static void print_header(const cli_session *session, const qn_volume *volume) {
+static void print_header(cli_session *session, const qn_volume *volume) {
     const qn_grid *grid = qn_volume_grid(volume);
     char axes[16], samples[NUMBER_TEXT_SIZE], bytes[NUMBER_TEXT_SIZE];
-    int64_t count = grid->size[0] * grid->size[1] * grid->size[2];
+    int64_t count = grid->size[0] * grid->size[1]; /* a sparse volume's box has no bound */
+    if (__builtin_mul_overflow(count, grid->size[2], &count))
+        count = INT64_MAX;
+    const bool sparse = qn_volume_sparse_grid(volume) != NULL;
     double mirrored = determinant(grid->index_to_world);
     printf("file         %s\n", session->options->input);
     printf("format       %s\n", qn_volume_format(volume));
-    printf("shape        %" PRId64 " x %" PRId64 " x %" PRId64 " = %s samples, %s in memory\n",
-           grid->size[0], grid->size[1], grid->size[2], number_format_count(count, samples),
-           number_format_bytes(count * (int64_t)qn_scalar_size(grid->scalar), bytes));
+    printf("shape        %" PRId64 " x %" PRId64 " x %" PRId64 " = %s samples", grid->size[0],
+           grid->size[1], grid->size[2], number_format_count(count, samples));
+    printf(sparse ? "\n" : ", %s in memory\n",
+           sparse ? "" : number_format_bytes(count * (int64_t)qn_scalar_size(grid->scalar), bytes));
+    info_print_sparse(session, volume);
     printf("type         %s%s", qn_scalar_name(grid->scalar), grid->swapped ? ", swapped" : "");
     if (grid->slope != 1 || grid->intercept != 0)
         printf(", value = %.9g * stored + %.9g", grid->slope, grid->intercept);
@@ -156,7 +162,7 @@ static int count_surfaces(cli_session *session, const qn_volume *volume,
                     &error);
 }
 
-static json_t *volume_json(const cli_session *session, const qn_volume *volume,
+static json_t *volume_json(cli_session *session, const qn_volume *volume,
                            const qn_volume_statistics *s, const qn_surface_report *surfaces) {
     const qn_grid *grid = qn_volume_grid(volume);
     char axes[16];
@@ -170,6 +176,9 @@ static json_t *volume_json(const cli_session *session, const qn_volume *volume,
                                         (json_int_t)surfaces[i].scratch_bytes));
     json_object_set_new(report, "kind", json_string("volume"));
     json_object_set_new(report, "input", report_volume(session->options->input, volume));
+    json_t *sparse = info_sparse_json(session, volume);
+    if (sparse)
+        json_object_set_new(report, "sparse", sparse);
     json_object_set_new(report, "orientation", json_string(orientation(grid, axes)));
     json_object_set_new(report, "statistics", report_statistics(s));
     json_object_set_new(report, "suggestions", list);
@@ -251,8 +260,11 @@ static int inform_mesh(cli_session *session, const qn_mesh *mesh) {
 int verb_info(cli_session *session) {
     qn_volume *volume = NULL;
     qn_mesh *mesh = NULL;
-    bool is_mesh = input_is_mesh(session->options);
-    int exit_code = is_mesh ? input_read_mesh(session, &mesh) : input_read_volume(session, &volume);
+    bool is_mesh = input_is_mesh(session->options), done = false;
+    int exit_code = is_mesh ? 0 : info_list_grids(session, &done);
+    if (exit_code || done)
+        return exit_code;
+    exit_code = is_mesh ? input_read_mesh(session, &mesh) : input_read_volume(session, &volume);
     if (!exit_code)
         exit_code = is_mesh ? inform_mesh(session, mesh) : inform_volume(session, volume);
     qn_mesh_destroy(mesh);

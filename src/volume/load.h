@@ -38,11 +38,13 @@ qni_reader qni_read_raw;
 qni_reader qni_read_inr;
 qni_reader qni_read_mitsuba;
 qni_reader qni_read_vdb;
+qni_reader qni_read_nvdb;
 
 /* A list of a file's grids: the first `capacity` of them, and their number. */
 typedef qn_status qni_lister(qni_source *source, qn_grid_info *infos_out, int32_t capacity,
                              int32_t *count_out, qn_error *error);
 qni_lister qni_list_vdb;
+qni_lister qni_list_nvdb;
 
 /* Which of a file's grids the options mean: by name, else the only one that can be read. The
  * sentence of a failure lists the grids. */

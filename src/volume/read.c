@@ -23,6 +23,7 @@ static const volume_format formats[] = {
     {"inr", qni_read_inr, NULL, {".inr", ".inr.gz"}},
     {"mitsuba", qni_read_mitsuba, NULL, {".vol"}},
     {"vdb", qni_read_vdb, qni_list_vdb, {".vdb"}},
+    {"nvdb", qni_read_nvdb, qni_list_nvdb, {".nvdb"}},
     {"raw", qni_read_raw, NULL, {".raw", ".raw.gz", ".bin", ".dat"}},
 };
 enum { FORMAT_COUNT = sizeof formats / sizeof formats[0] };
@@ -66,6 +67,8 @@ static const char *format_by_bytes(const unsigned char *bytes, int64_t count) {
         return "mitsuba";
     if (count >= 8 && memcmp(bytes, " BDV\0\0\0", 8) == 0)
         return "vdb";
+    if (begins(bytes, count, "NanoVDB0"))
+        return "nvdb";
     if (begins(bytes, count, "ObjectType") || begins(bytes, count, "NDims"))
         return "metaimage";
     return is_nifti(bytes, count) ? "nifti" : NULL;
@@ -97,7 +100,7 @@ static qn_status choose_format(qni_source *source, const qn_volume_read_options 
     if (!*format_out)
         return qni_source_fail(
             source, error,
-            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba, OpenVDB); "
+            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba, OpenVDB, NanoVDB); "
             "for samples without a header give --shape X,Y,Z --dtype u8");
     return QN_OK;
 }
@@ -126,7 +129,7 @@ static qn_status check_options(const qn_volume_read_options *options, qn_error *
         (options->format[0] && !format_by_name(options->format)))
         return qni_fail(
             error, QN_ERROR_INVALID_ARGUMENT,
-            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba vdb raw",
+            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba vdb nvdb raw",
             options->format);
     QN_TRY(check_numbers(options, error));
     if (memchr(options->grid, 0, sizeof options->grid) == NULL)

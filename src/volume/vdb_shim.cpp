@@ -2,6 +2,7 @@
 /* The one C++ file: OpenVDB's trees turned into plain arrays and back (see vdb_shim.h). OpenVDB's
  * leaves are z fastest, Quoin's x fastest. */
 #include "volume/vdb_shim.h"
+#include "volume/leaf_order.h"
 
 /* OpenVDB's templates keep what they register in static members, which must be the same ones here
  * and in libopenvdb.so: so they may not be hidden, whatever the compiler was told. */
@@ -150,15 +151,11 @@ template <class Tree> void count(Tree &tree, qni_vdb_counts &counts) {
     counts.background = stored<double>(tree.background());
 }
 
-/* The active mask, from word x, bit 8 y + z to word z, bit x + 8 y. */
 template <class Leaf> void turn_mask(const Leaf &leaf, uint64_t out[8]) {
-    std::memset(out, 0, 8 * sizeof *out);
-    for (openvdb::Index x = 0; x < 8; ++x) {
-        const uint64_t word = leaf.getValueMask().template getWord<uint64_t>(x);
-        for (openvdb::Index y = 0; y < 8; ++y)
-            for (unsigned bits = word >> (8 * y) & 0xff; bits; bits &= bits - 1)
-                out[__builtin_ctz(bits)] |= UINT64_C(1) << (x + 8 * y);
-    }
+    uint64_t words[8];
+    for (openvdb::Index x = 0; x < 8; ++x)
+        words[x] = leaf.getValueMask().template getWord<uint64_t>(x);
+    qni_leaf_turn_mask(words, out);
 }
 
 /* Values of leaves that keep an array; it is let go afterwards. */

@@ -159,6 +159,9 @@ static void data_files_are_what_their_readme_says(void **state) {
         {"vdb/rocker-arm_ls.vdb", "ls_rocker-arm", QN_SPARSE_LEVEL_SET, 699584, 0.003333},
         {"vdb/smoke.vdb", "density", QN_SPARSE_FOG, 1049275, 0.4762},
         {"vdb/sphere.vdb", "ls_sphere", QN_SPARSE_LEVEL_SET, 270638, 0.05},
+#if QNI_HAVE_NANOVDB && QNI_HAVE_BLOSC
+        {"vdb/smoke-blosc.nvdb", "", QN_SPARSE_UNKNOWN, 1049275, 1},
+#endif
     };
     for (size_t n = 0; n < sizeof files / sizeof files[0]; ++n) {
         char path[1024];
