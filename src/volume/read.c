@@ -100,7 +100,8 @@ static qn_status choose_format(qni_source *source, const qn_volume_read_options 
     if (!*format_out)
         return qni_source_fail(
             source, error,
-            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba, OpenVDB, NanoVDB); "
+            "is of no known format (NIfTI, NRRD, MetaImage, NumPy, INRIMAGE, Mitsuba, OpenVDB, "
+            "NanoVDB); "
             "for samples without a header give --shape X,Y,Z --dtype u8");
     return QN_OK;
 }
@@ -129,7 +130,8 @@ static qn_status check_options(const qn_volume_read_options *options, qn_error *
         (options->format[0] && !format_by_name(options->format)))
         return qni_fail(
             error, QN_ERROR_INVALID_ARGUMENT,
-            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba vdb nvdb raw",
+            "'%.15s' is no volume format; there are nifti nrrd metaimage npy inr mitsuba vdb nvdb "
+            "raw",
             options->format);
     QN_TRY(check_numbers(options, error));
     if (memchr(options->grid, 0, sizeof options->grid) == NULL)
