@@ -132,9 +132,9 @@ typedef struct qni_patch {
     qn_context *context;
     const qni_hermite *hermite;
     const qni_cms_settings *settings;
-    const qn_solid
-        *solid; /* agrees with the whole one in the cell and half its block's width around */
-    qn_solid *restricted; /* NULL: none yet */
+    const qn_solid *solid; /* agrees with the whole one in the cell and half its width around */
+    qn_solid *restricted;  /* to the block; NULL: none yet */
+    qn_solid *near;        /* and from there to the cell; NULL: none */
     qni_cell restricted_to;
     const qni_octree *octree; /* NULL while there is none yet */
     qni_cell cell;

@@ -17,6 +17,7 @@ void qni_patch_start(qni_patch *patch, qn_context *context, const qni_hermite *h
 }
 
 void qni_patch_free(qni_patch *patch) {
+    qn_solid_destroy(patch->near);
     qn_solid_destroy(patch->restricted);
     qni_free(patch->context, patch->pieces, patch->piece_capacity, sizeof *patch->pieces);
     qni_free(patch->context, patch->vertices, patch->vertex_capacity, sizeof *patch->vertices);
@@ -42,29 +43,42 @@ bool qni_patch_grow(qni_patch *patch, void **items, int64_t *capacity, int64_t w
     return true;
 }
 
-/* The cheaper solid for the block, or larger cell, round this cell; the whole one when there is
+/* The solid restricted to a cell and `margin` of its width around; the solid itself when there is
  * none to be had. */
+static qn_solid *restrict_to_cell(const qni_hermite *hermite, const qn_solid *solid,
+                                  const qni_cell *cell, double margin) {
+    const double size = hermite->lattice.cell * (1 << cell->level);
+    qni_box box;
+    for (int k = 0; k < 3; ++k) {
+        box.low[k] = qni_lattice_at(&hermite->lattice, k, cell->low[k]) - margin * size;
+        box.high[k] = box.low[k] + (1 + 2 * margin) * size;
+    }
+    qn_solid *restricted = NULL;
+    if (solid->ops->restrict_to(solid, &box, &restricted) != QN_OK)
+        restricted = NULL;
+    return restricted;
+}
+
+/* The cheaper solid for the block, or larger cell, round this cell, kept for the next cell of it;
+ * and from that one for the cell itself: many questions follow. */
 static void restrict_solid(qni_patch *patch, const qni_cell *cell) {
     const qni_hermite *hermite = patch->hermite;
     qni_cell around = {{cell->low[0], cell->low[1], cell->low[2]},
                        cell->level > 3 ? cell->level : 3};
     for (int k = 0; k < 3; ++k)
         around.low[k] = around.low[k] >> around.level << around.level;
-    if (patch->restricted && memcmp(&around, &patch->restricted_to, sizeof around) == 0)
-        return;
-    const double size = hermite->lattice.cell * (1 << around.level);
-    qni_box box;
-    for (int k = 0; k < 3; ++k) {
-        const double low = qni_lattice_at(&hermite->lattice, k, around.low[k]);
-        box.low[k] = low - 0.5 * size;
-        box.high[k] = low + 1.5 * size;
+    qn_solid_destroy(patch->near);
+    patch->near = NULL;
+    if (!patch->restricted || memcmp(&around, &patch->restricted_to, sizeof around) != 0) {
+        qn_solid_destroy(patch->restricted);
+        patch->restricted_to = around;
+        patch->restricted = restrict_to_cell(hermite, hermite->solid, &around, 0.5);
     }
-    qn_solid_destroy(patch->restricted);
-    patch->restricted = NULL;
-    patch->restricted_to = around;
-    if (hermite->solid->ops->restrict_to(hermite->solid, &box, &patch->restricted) != QN_OK)
-        patch->restricted = NULL;
     patch->solid = patch->restricted ? patch->restricted : hermite->solid;
+    if (cell->level < 3)
+        patch->near = restrict_to_cell(hermite, patch->solid, cell, 1);
+    if (patch->near)
+        patch->solid = patch->near;
 }
 
 void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {

@@ -88,14 +88,15 @@ static void tell_result(const solid_job *job) {
 
 int solid_job_run(solid_job *job) {
     const cli_options *options = job->session->options;
+    if (options->dry_run)
+        return solid_job_plan(job);
     int exit_code = make_surface(job);
     if (!exit_code)
         exit_code = check_mesh(job);
     if (exit_code)
         return exit_code;
     const double started = cli_seconds();
-    if (!options->dry_run)
-        exit_code = output_write_mesh(job->session, job->mesh, options->output, &job->bytes);
+    exit_code = output_write_mesh(job->session, job->mesh, options->output, &job->bytes);
     job->seconds_write = cli_seconds() - started;
     if (exit_code)
         return exit_code;

@@ -22,10 +22,20 @@ typedef struct solid_job {
     json_t *input; /* more of the report, or NULL; dropped by solid_job_end() */
 } solid_job;
 
+/* What a surface takes, known or estimated. */
+typedef struct solid_plan {
+    bool exact;
+    int depth;
+    int64_t triangles, vertices, mesh_bytes, scratch_bytes, file_bytes;
+    double seconds;
+} solid_plan;
+
 void solid_job_start(solid_job *job, cli_session *session, const char *verb);
 /* From job->solid to the file and the report. Returns an exit code after having said what is wrong.
  */
 int solid_job_run(solid_job *job);
+/* --dry-run: tell what that would take (solid_plan.c). */
+int solid_job_plan(solid_job *job);
 void solid_job_end(solid_job *job);
 
 #endif

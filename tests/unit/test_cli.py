@@ -406,6 +406,43 @@ class ExitCodes(Case):
         self.assertIn("--device cpu", done.stderr)
         self.assertEqual(self.left(), ["sphere.npy"])
 
+    def write_ball(self):
+        with open(self.path("ball.csg"), "w", encoding="utf-8") as file:
+            file.write("sphere($fn = 60, $fa = 12, $fs = 2, r = 1);\n")
+
+    def test_csg_plans_without_the_work(self):
+        self.write_ball()
+        out, err = self.quoin("csg", "ball.csg", "-o", "a.ply", "--depth", "12", "--dry-run", "--report", "-")
+        plan = json.loads(out)["plan"]
+        self.assertFalse(plan["exact"])
+        self.assertGreater(plan["triangles"], 10000)
+        self.assertIn("nothing written", err)
+        out, _ = self.quoin("csg", "ball.csg", "--depth", "5", "--dry-run", "--report", "-")
+        plan = json.loads(out)["plan"]
+        self.quoin("csg", "ball.csg", "-o", "a.ply", "--depth", "5", "--report", "r.json", "-q")
+        with open(self.path("r.json"), encoding="utf-8") as file:
+            surface = json.load(file)["surface"]
+        self.assertTrue(plan["exact"])
+        self.assertEqual(plan["triangles"], surface["triangles"])
+        self.assertEqual(plan["vertices"], surface["vertices"])
+        self.assertEqual(self.left(), ["a.ply", "ball.csg", "r.json", "sphere.npy"])
+
+    def test_csg_interrupted(self):
+        self.write_ball()
+        with subprocess.Popen([QUOIN, "csg", "ball.csg", "-o", "a.ply", "--depth", "11", "--tol", "1e-7",
+                               "--progress", "bar", "-t", "1"], cwd=self.folder,
+                              stderr=subprocess.PIPE) as process:
+            seen = b""
+            while b"%" not in seen:
+                chunk = os.read(process.stderr.fileno(), 100)
+                self.assertTrue(chunk, "ended before the bar was seen: %r" % seen)
+                seen += chunk
+            process.send_signal(signal.SIGINT)
+            err = process.stderr.read().decode()
+        self.assertEqual(process.returncode, 130, err)
+        self.assertIn("interrupted", err)
+        self.assertEqual(self.left(), ["ball.csg", "sphere.npy"])
+
     def test_130_interrupted(self):
         subprocess.run([MAKE_VOLUME, "iwp", "256", self.path("iwp.npy")], check=True)
         with subprocess.Popen([QUOIN, "mesh", "iwp.npy", "--iso", "0", "-o", "a.ply", "--check",
