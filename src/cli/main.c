@@ -26,7 +26,7 @@ static int unknown_verb(const char *name) {
     if (name[0] != '-' && access(name, F_OK) == 0)
         return cli_usage("'%s' is a file: a verb comes first, for example 'quoin info %s'", name,
                          name);
-    return cli_usage("'%s' is not a verb; they are mesh, csg, remesh, info, check, compare, "
+    return cli_usage("'%s' is not a verb; they are mesh, csg, remesh, sdf, info, check, compare, "
                      "convert, view ('quoin help' "
                      "tells more)",
                      name);
@@ -53,9 +53,9 @@ static int run_help(const cli_options *options) {
 }
 
 static int run_verb(const cli_options *options) {
-    static int (*const verbs[])(cli_session *) = {verb_mesh,    verb_csg,   verb_remesh,
-                                                  verb_info,    verb_check, verb_compare,
-                                                  verb_convert, verb_view};
+    static int (*const verbs[])(cli_session *) = {verb_mesh,    verb_csg,     verb_remesh,
+                                                  verb_sdf,     verb_info,    verb_check,
+                                                  verb_compare, verb_convert, verb_view};
     cli_session session;
     int exit_code = cli_session_open(&session, options);
     if (!exit_code)

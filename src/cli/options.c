@@ -54,6 +54,9 @@ enum {
     OPTION_DIM,
     OPTION_VOXEL,
     OPTION_SIGN,
+    OPTION_BAND,
+    OPTION_OFFSET,
+    OPTION_SHELL,
     OPTION_BASE,
     OPTION_TOLERANCE,
     OPTION_CREASE,
@@ -77,13 +80,14 @@ enum {
     MESH = 1 << VERB_MESH,
     CSG = 1 << VERB_CSG,
     REMESH = 1 << VERB_REMESH,
+    SDF = 1 << VERB_SDF,
     INFO = 1 << VERB_INFO,
     CHECK = 1 << VERB_CHECK,
     COMPARE = 1 << VERB_COMPARE,
     CONVERT = 1 << VERB_CONVERT,
     VIEW = 1 << VERB_VIEW,
     HELP = 1 << VERB_HELP,
-    WORK = MESH | CSG | REMESH | INFO | CHECK | COMPARE | CONVERT | VIEW
+    WORK = MESH | CSG | REMESH | SDF | INFO | CHECK | COMPARE | CONVERT | VIEW
 };
 
 // clang-format off
@@ -106,6 +110,11 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "quoin remesh scan.stl -o clean.stl\n"
      "quoin remesh part.obj --voxel 0.2 --crease 20 -o part.ply --check\n"
      "quoin remesh broken.ply --dim 256 --sign winding -o whole.ply --report broken.json", 1, 1},
+    {"sdf", "MODEL -o VOLUME [options]", "the signed distances to a polygon model, as a sparse or dense volume",
+     "Reads PLY, OBJ, STL and OFF (and solids, .csg and .vm, whose values are distances only where their function is one); writes .vdb (the narrow "
+     "band alone), .npy and .nii (its box). Distances are exact to the nearest triangle, negative inside.",
+     "quoin sdf part.stl --voxel 0.5 -o part.vdb\n"
+     "quoin sdf part.stl --dim 200 --offset 1.5 --shell 0.8 -o wall.nii", 1, 1},
     {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
      "quoin info ct.nii.gz\n"
      "quoin info --json ct.nii.gz", 1, 1},
@@ -131,14 +140,14 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
 };
 
 const cli_option_row cli_option_rows[] = {
-    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CSG | REMESH | CONVERT | VIEW, "Output",
+    {OPTION_OUTPUT, 'o', "output", "FILE", MESH | CSG | REMESH | SDF | CONVERT | VIEW, "Output",
      "the file to write; - is stdout (then --to is needed). With several iso-values the name holds {iso}."},
     {OPTION_TO, 0, "to", "FORMAT", MESH | CSG | REMESH | CONVERT, NULL,
      "ply, obj, stl, off or glb, whatever the file is called"},
     {OPTION_ASCII, 0, "ascii", NULL, MESH | CSG | REMESH | CONVERT, NULL, "PLY and STL as text instead of binary"},
     {OPTION_NO_NORMALS, 0, "no-normals", NULL, MESH | CONVERT, NULL, "leave the vertex normals out"},
     {OPTION_JSON, 0, "json", NULL, INFO | CHECK | COMPARE, NULL, "print JSON on stdout instead of a table"},
-    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | REMESH | CHECK | COMPARE, NULL,
+    {OPTION_REPORT, 0, "report", "FILE", MESH | CSG | REMESH | SDF | CHECK | COMPARE, NULL,
      "write a JSON report (- is stdout): input, options, counts, timings, memory and all of check"},
 
     {OPTION_ISO, 0, "iso", "V[,V...]|auto", MESH, "Surface",
@@ -154,7 +163,7 @@ const cli_option_row cli_option_rows[] = {
      "discs (the default) makes each polygon of a cell a disc; exact restores the tunnels by which the trilinear interpolant "
      "joins two of them inside a cell, so that a closed mesh has its topology"},
     {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
-    {OPTION_TRIS, 0, "tris", NULL, MESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
+    {OPTION_TRIS, 0, "tris", NULL, MESH | CSG | REMESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
     {OPTION_SIMPLIFY, 0, "simplify", NULL, MESH, NULL,
      "remove quads of valences 3-X-3-Y and 3-3-3-3: fewer irregular vertices, the same topology"},
     {OPTION_SIMPLIFY_PASSES, 0, "simplify-passes", "N|paper", MESH, NULL,
@@ -163,15 +172,18 @@ const cli_option_row cli_option_rows[] = {
      "leave the vertices made by --simplify between the two they replace instead of putting them back onto the surface"},
     {OPTION_RELAX, 0, "relax", "N", MESH, NULL,
      "N sweeps that slide the vertices along the surface towards squarer quads (0); 3 to 5 do most of it"},
-    {OPTION_MODE, 0, "mode", "dmc|cms", MESH | REMESH, NULL, "the surfacer: dmc, dual marching cubes (the default), or cms, adaptive cubical marching squares: triangles, few where it is flat"},
+    {OPTION_MODE, 0, "mode", "dmc|cms", MESH | CSG | REMESH, NULL, "the surfacer: dmc, dual marching cubes (the default of mesh): quads on a uniform lattice; or cms, adaptive cubical marching squares (the default of csg and remesh): triangles, few where it is flat"},
 
     {OPTION_DEPTH, 0, "depth", "D", CSG | REMESH, "Surface of a solid (csg, remesh, mesh --mode cms)", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
-    {OPTION_DIM, 0, "dim", "N", REMESH, NULL, "so many finest cells along the model's longest side, instead of --depth"},
-    {OPTION_VOXEL, 0, "voxel", "LENGTH", REMESH, NULL, "the size of the finest cells, instead of --depth"},
-    {OPTION_SIGN, 0, "sign", "auto|parity|winding", REMESH, NULL,
+    {OPTION_DIM, 0, "dim", "N", CSG | REMESH | SDF, NULL, "so many finest cells along the model's longest side, instead of --depth"},
+    {OPTION_VOXEL, 0, "voxel", "LENGTH", CSG | REMESH | SDF, NULL, "the size of the finest cells, instead of --depth"},
+    {OPTION_SIGN, 0, "sign", "auto|parity|winding", REMESH | SDF, NULL,
      "what says which side is inside. winding: the winding number is not 0, or where the model is open the generalized one is 1/2 or more; "
      "parity: behind an odd number of faces, holes closed by flat fans; auto (the default): winding, and parity where faces are closed "
      "but cannot be made to agree."},
+    {OPTION_BAND, 0, "band", "VOXELS", REMESH | SDF, NULL, "half the width of a narrow band of distances (3)"},
+    {OPTION_OFFSET, 0, "offset", "LENGTH", REMESH | SDF, NULL, "the surface of all points so far outside the model (round at its edges); negative: inside"},
+    {OPTION_SHELL, 0, "shell", "THICKNESS", REMESH | SDF, NULL, "a wall along the surface, half to each side of it"},
     {OPTION_BASE, 0, "base", "N", MESH | CSG | REMESH, NULL, "coarsest cells along the longest axis, a power of two (8)"},
     {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | REMESH | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
     {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG | REMESH, NULL, "normals that differ by more make a sharp edge (30)"},
@@ -185,7 +197,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
      "which placement of a NIfTI file to use; auto takes the one with the higher code"},
     {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},
-    {OPTION_ORIGIN, 0, "origin", "X,Y,Z", MESH | INFO, NULL, "place of the first sample, instead of the header's"},
+    {OPTION_ORIGIN, 0, "origin", "X,Y,Z", MESH | INFO | SDF, NULL, "place of the first sample, instead of the header's"},
     {OPTION_SHAPE, 0, "shape", "X,Y,Z", MESH | INFO, NULL, "raw files: samples along x (fastest), y and z"},
     {OPTION_DTYPE, 0, "dtype", "TYPE", MESH | INFO, NULL,
      "raw files: u8 i8 u16 i16 u32 i32 f32 f64, with le or be for the byte order (little when left out)"},
@@ -540,6 +552,13 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
         good = set_whole(row, text, INT64_C(1000000000), "100000 (1 to 1000000000)", &whole);
         options->samples = whole;
         return good && (whole >= 1 || wrong(row, text, "100000 (1 to 1000000000)"));
+    case OPTION_BAND:
+        return set_positive(row, text, "3 (voxels, 2 or more)", &options->band_width) &&
+               (options->band_width >= 2 || wrong(row, text, "3 (voxels, 2 or more)"));
+    case OPTION_OFFSET:
+        return set_finite(row, text, "0.5 (a length)", &options->band_offset);
+    case OPTION_SHELL:
+        return set_positive(row, text, "0.5 (a length above 0)", &options->shell);
     case OPTION_VOXEL:
         return set_positive(row, text, "0.2 (a length above 0)", &options->voxel);
     case OPTION_DIM:

@@ -9,6 +9,7 @@ typedef enum cli_verb {
     VERB_MESH,
     VERB_CSG,
     VERB_REMESH,
+    VERB_SDF,
     VERB_INFO,
     VERB_CHECK,
     VERB_COMPARE,
@@ -77,10 +78,11 @@ typedef struct cli_options {
     bool edges, flat;
     qn_solid_surface_options solid; /* of csg */
     bool smooth_primitives;
-    qn_mesh_sign sign; /* of remesh */
-    int64_t cells;     /* along the longest side; 0: by depth */
-    double voxel;      /* size of a cell; 0: by depth */
-    bool dmc;          /* --mode dmc was given */
+    qn_mesh_sign sign;                     /* of remesh */
+    int64_t cells;                         /* along the longest side; 0: by depth */
+    double voxel;                          /* size of a cell; 0: by depth */
+    bool dmc;                              /* --mode dmc was given */
+    double band_width, band_offset, shell; /* of narrow bands; 0: the defaults */
     bool man, completion;
 } cli_options;
 

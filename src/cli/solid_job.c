@@ -19,6 +19,7 @@ void solid_job_end(solid_job *job) {
     json_decref(job->input);
     qn_mesh_destroy(job->mesh);
     qn_solid_destroy(job->solid);
+    band_free(&job->band);
 }
 
 static int make_surface(solid_job *job) {
@@ -64,7 +65,11 @@ static int write_report(const solid_job *job, int exit_code) {
                         options->output ? report_path(options->output) : json_null());
     if (job->input)
         json_object_set(report, "model", job->input);
-    json_object_set_new(report, "surface", report_solid_surface(&job->surface));
+    if (job->band.report)
+        json_object_set(report, "band", job->band.report);
+    json_object_set_new(report, "surface",
+                        job->by_dmc ? report_surface(&job->dual)
+                                    : report_solid_surface(&job->surface));
     json_object_set_new(report, "check",
                         job->checked ? report_mesh_check(&job->check) : json_null());
     json_object_set_new(report, "seconds_read", report_real(job->seconds_read));
@@ -76,23 +81,23 @@ static int write_report(const solid_job *job, int exit_code) {
 }
 
 static void tell_result(const solid_job *job) {
-    char triangles[NUMBER_TEXT_SIZE], vertices[NUMBER_TEXT_SIZE], text[VERDICT_TEXT_SIZE];
+    char faces[NUMBER_TEXT_SIZE], vertices[NUMBER_TEXT_SIZE], text[VERDICT_TEXT_SIZE];
     const cli_options *options = job->session->options;
-    cli_tell(job->session, "%s: %s triangles, %s vertices in %.2f s%s%s",
+    const qn_mesh_view view = qn_mesh_get_view(job->mesh);
+    const double seconds = job->by_dmc ? job->dual.seconds_total : job->surface.seconds_total;
+    cli_tell(job->session, "%s: %s %s, %s vertices in %.2f s%s%s",
              options->output ? options->output : options->input,
-             number_format_count(job->surface.triangles, triangles),
-             number_format_count(job->surface.vertices, vertices), job->surface.seconds_total,
+             number_format_count(view.quad_count + view.triangle_count, faces),
+             view.quad_count ? "quads" : "triangles",
+             number_format_count(view.vertex_count, vertices), job->band.seconds_band + seconds,
              job->failed ? "; FAILED: " : "",
              job->failed ? verdict_describe(&job->check, job->failed, text) : "");
 }
 
-int solid_job_run(solid_job *job) {
+/* What follows the surface. */
+static int finish(solid_job *job) {
     const cli_options *options = job->session->options;
-    if (options->dry_run)
-        return solid_job_plan(job);
-    int exit_code = make_surface(job);
-    if (!exit_code)
-        exit_code = check_mesh(job);
+    int exit_code = check_mesh(job);
     if (exit_code)
         return exit_code;
     const double started = cli_seconds();
@@ -104,4 +109,44 @@ int solid_job_run(solid_job *job) {
     exit_code = job->failed ? CLI_QUALITY : 0;
     const int report_code = options->report ? write_report(job, exit_code) : 0;
     return report_code ? report_code : exit_code;
+}
+
+int solid_job_run(solid_job *job) {
+    if (job->session->options->dry_run)
+        return solid_job_plan(job);
+    const int exit_code = make_surface(job);
+    return exit_code ? exit_code : finish(job);
+}
+
+static int make_dual_surface(solid_job *job) {
+    qn_surface_options options;
+    qn_surface_options_init(&options);
+    options.inside = QN_INSIDE_BELOW;
+    options.triangles = job->session->options->triangles;
+    qn_error error;
+    const int exit_code = cli_fail(job->session,
+                                   qn_surface(job->session->context, job->band.volume, &options,
+                                              &job->mesh, &job->dual, &error),
+                                   &error);
+    if (exit_code || job->dual.quads > 0)
+        return exit_code;
+    cli_say("%s: there is no surface: is --offset or --shell right, and the voxel small enough?",
+            job->session->options->input);
+    return CLI_EMPTY;
+}
+
+int solid_job_run_dmc(solid_job *job) {
+    job->by_dmc = true;
+    job->seconds_read = job->band.seconds_read;
+    const int exit_code = make_dual_surface(job);
+    return exit_code ? exit_code : finish(job);
+}
+
+int solid_job_take_band(solid_job *job) {
+    qn_error error;
+    job->seconds_read = job->band.seconds_read;
+    return cli_fail(job->session,
+                    qn_solid_from_volume(job->session->context, job->band.volume, 0,
+                                         QN_INSIDE_BELOW, NULL, &job->solid, &error),
+                    &error);
 }

@@ -4,6 +4,7 @@
 #ifndef CLI_SOLID_JOB_H
 #define CLI_SOLID_JOB_H
 
+#include "band_input.h"
 #include "report.h"
 #include "session.h"
 
@@ -19,7 +20,10 @@ typedef struct solid_job {
     uint32_t failed; /* faults that count and are there */
     double seconds_read, seconds_check, seconds_write;
     int64_t bytes;
-    json_t *input; /* more of the report, or NULL; dropped by solid_job_end() */
+    band_input band;        /* of --mode dmc, --offset, --shell */
+    bool by_dmc;            /* the surface is that of the band, by dual marching cubes */
+    qn_surface_report dual; /* then */
+    json_t *input;          /* more of the report, or NULL; dropped by solid_job_end() */
 } solid_job;
 
 /* What a surface takes, known or estimated. */
@@ -34,6 +38,10 @@ void solid_job_start(solid_job *job, cli_session *session, const char *verb);
 /* From job->solid to the file and the report. Returns an exit code after having said what is wrong.
  */
 int solid_job_run(solid_job *job);
+/* The same from job->band.volume by dual marching cubes. */
+int solid_job_run_dmc(solid_job *job);
+/* Makes job->solid of job->band.volume. */
+int solid_job_take_band(solid_job *job);
 /* --dry-run: tell what that would take (solid_plan.c). */
 int solid_job_plan(solid_job *job);
 void solid_job_end(solid_job *job);

@@ -26,9 +26,16 @@ int verb_csg(cli_session *session) {
     solid_job job;
     solid_job_start(&job, session, "csg");
     int exit_code = output_check(session->options);
+    if (!exit_code && !session->options->dmc &&
+        (session->options->cells || session->options->voxel > 0))
+        exit_code = cli_usage("--dim and --voxel of 'quoin csg' go with --mode dmc: take --depth");
     if (!exit_code)
         exit_code = read_solid(&job);
-    if (!exit_code)
+    if (!exit_code && session->options->dmc) {
+        exit_code = band_of_solid(session, job.solid, &job.band);
+        if (!exit_code)
+            exit_code = solid_job_run_dmc(&job);
+    } else if (!exit_code)
         exit_code = solid_job_run(&job);
     solid_job_end(&job);
     return exit_code;

@@ -87,9 +87,11 @@ static int set_cell(solid_job *job) {
     qn_solid_get_box(job->solid, low, high);
     for (int axis = 0; axis < 3; ++axis)
         longest = fmax(longest, high[axis] - low[axis]);
-    if (options->cells == 0 && !(options->voxel > 0))
+    if (options->cells == 0 && !(options->voxel > 0) && !job->band.volume)
         return 0;
-    const double cell = options->cells ? longest / (double)options->cells : options->voxel;
+    const double cell = job->band.volume ? job->band.band.voxel
+                        : options->cells ? longest / (double)options->cells
+                                         : options->voxel;
     int32_t depth = QN_MIN_DEPTH;
     while (depth < QN_MAX_DEPTH && cell * ((1 << depth) - 3) < longest)
         ++depth;
@@ -111,20 +113,32 @@ static int set_cell(solid_job *job) {
     return 0;
 }
 
+/* --mode dmc, --offset and --shell go by way of the model's distances. */
+static int remesh_band(solid_job *job) {
+    int exit_code = band_read(job->session, &job->band);
+    if (!exit_code && job->session->options->dmc)
+        return solid_job_run_dmc(job);
+    if (!exit_code)
+        exit_code = solid_job_take_band(job);
+    if (!exit_code)
+        exit_code = set_cell(job);
+    return exit_code ? exit_code : solid_job_run(job);
+}
+
 int verb_remesh(cli_session *session) {
     solid_job job;
     solid_job_start(&job, session, "remesh");
     int exit_code = output_check(session->options);
-    if (!exit_code && session->options->dmc) {
-        cli_say("--mode dmc is not built in for 'quoin remesh': take --mode cms, or leave it out");
-        exit_code = CLI_UNSUPPORTED;
+    if (!exit_code && band_is_asked_for(session->options))
+        exit_code = remesh_band(&job);
+    else {
+        if (!exit_code)
+            exit_code = read_model(&job);
+        if (!exit_code)
+            exit_code = set_cell(&job);
+        if (!exit_code)
+            exit_code = solid_job_run(&job);
     }
-    if (!exit_code)
-        exit_code = read_model(&job);
-    if (!exit_code)
-        exit_code = set_cell(&job);
-    if (!exit_code)
-        exit_code = solid_job_run(&job);
     solid_job_end(&job);
     return exit_code;
 }

@@ -8,6 +8,7 @@
 int verb_mesh(cli_session *session);
 int verb_csg(cli_session *session);
 int verb_remesh(cli_session *session);
+int verb_sdf(cli_session *session);
 int verb_info(cli_session *session);
 int verb_check(cli_session *session);
 int verb_compare(cli_session *session);

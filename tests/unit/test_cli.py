@@ -388,11 +388,6 @@ class ExitCodes(Case):
         self.quoin("check", "open.ply", "--fail-on", "none")
         self.quoin("check", "open.ply", "--fail-on", "all", code=6)
 
-    def test_7_not_built_in(self):
-        _, err = self.quoin("remesh", "sphere.npy", "-o", "a.ply", "--mode", "dmc", code=7)
-        self.assertIn("not built in", err)
-        self.assertEqual(self.left(), ["sphere.npy"])
-
     def test_7_no_gpu(self):
         """Asking for a GPU gives the same bytes as the processor, or exit code 7 and a sentence."""
         done = subprocess.run([QUOIN, "mesh", "sphere.npy", "--iso", "6", "-o", "gpu.ply", "--device", "cuda"],
@@ -503,6 +498,49 @@ class OtherVerbs(Case):
         tris = ply_header(self.read("d.ply"))[1]
         quads = ply_header(self.read("sphere.ply"))[1]
         self.assertEqual((tris["vertex"], tris["face"]), (quads["vertex"], 2 * quads["face"]))
+
+    CUBE = (b"OFF\n8 6 0\n" + b"".join(b"%d %d %d\n" % (v & 1, v >> 1 & 1, v >> 2) for v in range(8)) +
+            b"4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n")
+
+    def test_sdf(self):
+        self.write("cube.off", self.CUBE)
+        _, err = self.quoin("sdf", "cube.off", "--dim", "20", "-o", "cube.npy", "--report", "s.json")
+        self.assertIn("samples in the band", err)
+        report = json.loads(self.read("s.json"))
+        self.assertEqual(set(report["band"]), struct_fields("band.h", "qn_band_report"))
+        self.assertEqual(report["band"]["voxel"], 0.05)
+        self.quoin("mesh", "cube.npy", "--iso", "0", "-o", "again.ply", "--check")
+        self.quoin("sdf", "cube.off", "--voxel", "0.05", "--origin", "0,0,0", "-o", "cube.nii")
+        info = json.loads(self.quoin("info", "--json", "cube.nii")[0])
+        self.assertAlmostEqual(info["input"]["spacing"][0], 0.05)
+        self.quoin("sdf", "cube.off", code=2)
+        self.quoin("sdf", "cube.off", "-o", "cube.ply", code=2)
+        self.quoin("sdf", "cube.off", "--band", "1", "-o", "cube.npy", code=2)
+        self.quoin("sdf", "none.off", "-o", "cube.npy", code=3)
+        self.write("empty.off", b"OFF\n0 0 0\n")
+        self.quoin("sdf", "empty.off", "-o", "cube.npy", code=4)
+
+    def test_bands_become_meshes(self):
+        self.write("cube.off", self.CUBE)
+        self.write("cube.csg", b"cube(size = [1, 1, 1], center = false);\n")
+        self.quoin("remesh", "cube.off", "--mode", "dmc", "--dim", "20", "-o", "a.ply", "--check",
+                   "--report", "a.json")
+        report = json.loads(self.read("a.json"))
+        self.assertEqual(set(report["surface"]), struct_fields("surface.h", "qn_surface_report"))
+        self.assertAlmostEqual(report["check"]["volume"], 1, delta=0.01)
+        self.assertGreater(report["band"]["leaf_count"], 0)
+        for name, arguments, volume in (
+                ("off", ("--offset", "0.2"), 1 + 6 * 0.2 + 3 * 3.14159 * 0.04 + 4 / 3 * 3.14159 * 0.008),
+                ("off", ("--offset", "-0.2"), 0.6 ** 3),
+                ("off", ("--shell", "0.2", "--offset", "-0.1", "--mode", "dmc"), 1 - 0.6 ** 3)):
+            self.quoin("remesh", "cube." + name, *arguments, "--dim", "40", "-o", "b.ply", "--check",
+                       "--report", "b.json")
+            self.assertAlmostEqual(json.loads(self.read("b.json"))["check"]["volume"], volume,
+                                   delta=0.015 * volume)
+        self.quoin("csg", "cube.csg", "--mode", "dmc", "--dim", "20", "-o", "c.ply", "--check")
+        self.quoin("compare", "a.ply", "c.ply", "--tol", "0.03")
+        self.quoin("csg", "cube.csg", "--dim", "20", "-o", "c.ply", code=2)
+        self.quoin("remesh", "cube.off", "--offset", "-3", "--mode", "dmc", "-o", "none.ply", code=4)
 
     def test_compare(self):
         self.quoin("mesh", "sphere.npy", "--iso", "-1", "-o", "small.ply", "-q")
