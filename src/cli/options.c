@@ -111,10 +111,8 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "quoin remesh part.obj --voxel 0.2 --crease 20 -o part.ply --check\n"
      "quoin remesh broken.ply --dim 256 --sign winding -o whole.ply --report broken.json", 1, 1},
     {"sdf", "MODEL -o VOLUME [options]", "the signed distances to a polygon model, as a sparse or dense volume",
-     "Reads PLY, OBJ, STL and OFF (and solids, .csg and .vm, whose values are distances only where their function is one); writes .vdb (the narrow "
-     "band alone), .npy and .nii (its box). Distances are exact to the nearest triangle, negative inside.",
-     "quoin sdf part.stl --voxel 0.5 -o part.vdb\n"
-     "quoin sdf part.stl --dim 200 --offset 1.5 --shell 0.8 -o wall.nii", 1, 1},
+     "Reads PLY, OBJ, STL and OFF (and .csg and .vm, whose values are distances only where their function is one); writes .vdb (the narrow band alone), .npy and .nii (its box). Distances are exact to the nearest triangle, negative inside.",
+     "quoin sdf part.stl --voxel 0.5 -o part.vdb\nquoin sdf part.stl --dim 200 --offset 1.5 --shell 0.8 -o wall.nii", 1, 1},
     {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
      "quoin info ct.nii.gz\n"
      "quoin info --json ct.nii.gz", 1, 1},
@@ -124,10 +122,8 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "quoin check bone.ply\n"
      "quoin check bone.ply --fail-on open,orientation", 1, 1},
     {"compare", "MESH MESH [options]", "say how far two meshes are apart, one way and the other",
-     "Measures all vertices and points spread evenly over the area, each to the nearest triangle of the other mesh. With --tol it exits 6 "
-     "when the largest distance is more.",
-     "quoin compare model.stl remeshed.ply\n"
-     "quoin compare model.stl remeshed.ply --tol 0.05 --report apart.json", 2, 2},
+     "Measures all vertices and points spread evenly over the area, each to the nearest triangle of the other mesh. With --tol it exits 6 when the largest distance is more.",
+     "quoin compare model.stl remeshed.ply\nquoin compare model.stl remeshed.ply --tol 0.05 --report apart.json", 2, 2},
     {"convert", "MESH MESH [options]", "copy a mesh, or a volume, into another format",
      "Meshes become PLY, OBJ, STL, OFF or GLB; volumes become .npy or .nii, sparse ones .vdb too.",
      "quoin convert bone.ply bone.stl\n"
