@@ -2,6 +2,7 @@
 /* The one table of options. Parsing is here; help, man page and completion (help.c) read the same
  * rows. */
 #include "options.h"
+#include "option_values.h"
 #include "nearest.h"
 #include "number.h"
 #include "session.h"
@@ -229,12 +230,6 @@ const cli_option_row cli_option_rows[] = {
 // clang-format on
 const int cli_option_count = (int)(sizeof cli_option_rows / sizeof cli_option_rows[0]);
 
-static bool wrong(const cli_option_row *row, const char *text, const char *form) {
-    cli_say("--%s %s: not of the right form; for example --%s %s", row->name, text, row->name,
-            form);
-    return false;
-}
-
 /* Finds the text among "a|b|c" of the row. */
 static bool choose(const cli_option_row *row, const char *text, int *index_out) {
     const char *choice = row->argument;
@@ -262,95 +257,18 @@ static bool copy_word(const cli_option_row *row, const char *text, char *word, s
     return true;
 }
 
-static bool set_isovalues(cli_options *options, const cli_option_row *row, const char *text) {
-    free(options->isovalues);
-    options->isovalues = NULL;
-    options->isovalue_count = 0;
-    if (strcmp(text, "auto") == 0)
-        return true;
-    int count = 1;
-    for (const char *c = text; *c; ++c)
-        count += *c == ',';
-    options->isovalues = calloc((size_t)count, sizeof *options->isovalues);
-    if (!options->isovalues || !number_parse_reals(text, ',', count, options->isovalues))
-        return wrong(row, text, "300 or --iso 300,-500 or --iso auto");
-    options->isovalue_count = count;
-    for (int i = 0; i < count; ++i) {
-        if (!isfinite(options->isovalues[i]))
-            return wrong(row, text, "300 (a finite number)");
-        for (int j = 0; j < i; ++j)
-            if (options->isovalues[i] == options->isovalues[j]) {
-                cli_say("--iso %s: an iso-value is given twice; leave one out", text);
-                return false;
-            }
-    }
-    return true;
-}
-
-static bool set_spacing(cli_options *options, const cli_option_row *row, const char *text) {
-    double *spacing = options->read.spacing;
-    if (!number_parse_reals(text, ',', 3, spacing))
-        return wrong(row, text, "0.5,0.5,1.2");
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(spacing[axis] > 0 && isfinite(spacing[axis])))
-            return wrong(row, text, "0.5,0.5,1.2 (three positive numbers)");
-    return options->read.has_spacing = true;
-}
-
-static bool set_origin(cli_options *options, const cli_option_row *row, const char *text) {
-    double *origin = options->read.origin;
-    if (!number_parse_reals(text, ',', 3, origin) || !isfinite(origin[0]) || !isfinite(origin[1]) ||
-        !isfinite(origin[2]))
-        return wrong(row, text, "-90,-126,-72");
-    return options->read.has_origin = true;
-}
-
-static bool set_shape(cli_options *options, const cli_option_row *row, const char *text) {
-    int64_t *size = options->read.raw_size;
-    if (!number_parse_integers(text, ',', 3, size) || size[0] < 1 || size[1] < 1 || size[2] < 1)
-        return wrong(row, text, "512,512,300 (three whole numbers of at least 1)");
-    return true;
-}
-
-static bool set_dtype(cli_options *options, const cli_option_row *row, const char *text) {
-    for (int scalar = 0; scalar < QN_SCALAR_COUNT; ++scalar) {
-        const char *name = qn_scalar_name((qn_scalar)scalar);
-        size_t length = strlen(name);
-        if (strncmp(text, name, length) != 0)
-            continue;
-        const char *order = text + length;
-        bool big = strcmp(order, "be") == 0;
-        if (*order && !big && strcmp(order, "le") != 0)
-            break;
-        options->read.raw_scalar = (qn_scalar)scalar;
-        options->read.raw_big_endian = big;
-        return true;
-    }
-    return wrong(row, text, "i16le (u8 i8 u16 i16 u32 i32 f32 f64, with le or be)");
-}
-
-static bool set_size(cli_options *options, const cli_option_row *row, const char *text) {
-    int64_t size[2];
-    if (!number_parse_integers(text, 'x', 2, size) || size[0] < 1 || size[1] < 1 ||
-        size[0] > 16384 || size[1] > 16384)
-        return wrong(row, text, "800x600 (at most 16384x16384)");
-    options->width = (int32_t)size[0];
-    options->height = (int32_t)size[1];
-    return true;
-}
-
 static bool set_whole(const cli_option_row *row, const char *text, int64_t most,
                       const char *example, int64_t *value_out) {
     if (number_parse_integer(text, value_out) && *value_out >= 0 && *value_out <= most)
         return true;
-    return wrong(row, text, example);
+    return option_wrong(row, text, example);
 }
 
 static bool set_finite(const cli_option_row *row, const char *text, const char *example,
                        double *value_out) {
     if (number_parse_real(text, value_out) && isfinite(*value_out))
         return true;
-    return wrong(row, text, example);
+    return option_wrong(row, text, example);
 }
 
 /* Options whose value is taken from a list. Returns an exit code. */
@@ -461,13 +379,13 @@ static void apply_flag(cli_options *options, const cli_option_row *row) {
 static bool set_box(cli_options *options, const cli_option_row *row, const char *text) {
     double corners[6];
     if (!number_parse_reals(text, ',', 6, corners))
-        return wrong(row, text, "-1,-1,-1,1,1,1");
+        return option_wrong(row, text, "-1,-1,-1,1,1,1");
     for (int axis = 0; axis < 3; ++axis) {
         options->solid.low[axis] = corners[axis];
         options->solid.high[axis] = corners[3 + axis];
         if (!(isfinite(corners[axis]) && isfinite(corners[3 + axis]) &&
               corners[axis] < corners[3 + axis]))
-            return wrong(row, text, "-1,-1,-1,1,1,1 (low corner, high corner)");
+            return option_wrong(row, text, "-1,-1,-1,1,1,1 (low corner, high corner)");
     }
     return options->solid.has_box = true;
 }
@@ -475,7 +393,7 @@ static bool set_box(cli_options *options, const cli_option_row *row, const char 
 static bool set_positive(const cli_option_row *row, const char *text, const char *example,
                          double *value_out) {
     return set_finite(row, text, example, value_out) &&
-           (*value_out > 0 || wrong(row, text, example));
+           (*value_out > 0 || option_wrong(row, text, example));
 }
 
 /* Options with an argument of their own form. */
@@ -490,22 +408,22 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
         options->report = text;
         break;
     case OPTION_ISO:
-        return set_isovalues(options, row, text);
+        return option_set_isovalues(options, row, text);
     case OPTION_SPACING:
-        return set_spacing(options, row, text);
+        return option_set_spacing(options, row, text);
     case OPTION_ORIGIN:
-        return set_origin(options, row, text);
+        return option_set_origin(options, row, text);
     case OPTION_SHAPE:
-        return set_shape(options, row, text);
+        return option_set_shape(options, row, text);
     case OPTION_DTYPE:
-        return set_dtype(options, row, text);
+        return option_set_dtype(options, row, text);
     case OPTION_SIZE:
-        return set_size(options, row, text);
+        return option_set_size(options, row, text);
     case OPTION_FROM:
         return copy_word(row, text, options->from, sizeof options->from);
     case OPTION_GRID:
         if (strlen(text) >= sizeof options->read.grid)
-            return wrong(row, text, "density (at most 63 letters)");
+            return option_wrong(row, text, "density (at most 63 letters)");
         memcpy(options->read.grid, text, strlen(text) + 1);
         break;
     case OPTION_TO:
@@ -547,10 +465,10 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
     case OPTION_SAMPLES:
         good = set_whole(row, text, INT64_C(1000000000), "100000 (1 to 1000000000)", &whole);
         options->samples = whole;
-        return good && (whole >= 1 || wrong(row, text, "100000 (1 to 1000000000)"));
+        return good && (whole >= 1 || option_wrong(row, text, "100000 (1 to 1000000000)"));
     case OPTION_BAND:
         return set_positive(row, text, "3 (voxels, 2 or more)", &options->band_width) &&
-               (options->band_width >= 2 || wrong(row, text, "3 (voxels, 2 or more)"));
+               (options->band_width >= 2 || option_wrong(row, text, "3 (voxels, 2 or more)"));
     case OPTION_OFFSET:
         return set_finite(row, text, "0.5 (a length)", &options->band_offset);
     case OPTION_SHELL:
@@ -559,19 +477,19 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
         return set_positive(row, text, "0.2 (a length above 0)", &options->voxel);
     case OPTION_DIM:
         good = set_whole(row, text, (1 << QN_MAX_DEPTH) - 3, "128 (5 to 4093)", &options->cells);
-        return good && (options->cells >= 5 || wrong(row, text, "128 (5 to 4093)"));
+        return good && (options->cells >= 5 || option_wrong(row, text, "128 (5 to 4093)"));
     case OPTION_DEPTH:
         good = set_whole(row, text, QN_MAX_DEPTH, "7 (3 to 12)", &whole);
         options->solid.depth = (int32_t)whole;
-        return good && (whole >= QN_MIN_DEPTH || wrong(row, text, "7 (3 to 12)"));
+        return good && (whole >= QN_MIN_DEPTH || option_wrong(row, text, "7 (3 to 12)"));
     case OPTION_BASE:
         good = set_whole(row, text, 4096, "8 (a power of two)", &whole);
         options->solid.base = (int32_t)whole;
-        return good && (whole >= 1 || wrong(row, text, "8 (a power of two)"));
+        return good && (whole >= 1 || option_wrong(row, text, "8 (a power of two)"));
     case OPTION_ZOOM:
         if (!set_finite(row, text, "1.5", &options->zoom))
             return false;
-        return options->zoom > 0 || wrong(row, text, "1.5 (more than 0)");
+        return options->zoom > 0 || option_wrong(row, text, "1.5 (more than 0)");
     }
     return good;
 }
