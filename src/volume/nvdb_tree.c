@@ -155,6 +155,10 @@ static void take_bits(const unsigned char *bits, uint8_t *out) {
         out[qni_leaf_turned(n)] = bits[n >> 3] >> (n & 7) & 1;
 }
 
+/* NanoVDB.h keeps the bits of a bool leaf right behind the active mask; PNanoVDB.h's table (version
+ * 32.4) has them 16 bytes further on. */
+enum { BOOL_VALUES = PNANOVDB_LEAF_BASE_SIZE };
+
 static void take_values(walk *w, int64_t at, void *out) {
     const unsigned char *table = w->bytes + at + w->layout->leaf_off_table;
     const size_t size = w->layout->value_stride_bits / 8;
@@ -188,7 +192,7 @@ static bool visit_leaf(walk *w, int64_t at, const int32_t origin[3]) {
     else if (w->type == PNANOVDB_GRID_TYPE_MASK)
         take_bits(w->bytes + at + PNANOVDB_LEAF_OFF_VALUE_MASK, (uint8_t *)values);
     else if (w->type == PNANOVDB_GRID_TYPE_BOOLEAN)
-        take_bits(w->bytes + at + w->layout->leaf_off_table, (uint8_t *)values);
+        take_bits(w->bytes + at + BOOL_VALUES, (uint8_t *)values);
     else
         take_values(w, at, values);
     return !w->fault;

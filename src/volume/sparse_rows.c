@@ -253,8 +253,8 @@ static qn_status join_entries(builder *b, qn_error *error) {
         const entry *e = b->entries + n;
         int32_t at[3];
         unpack(b, e->key, at);
-        const qni_sparse_row *last = sparse->rows + sparse->row_count - 1;
-        if (sparse->row_count == 0 || last->y != at[1] || last->z != at[2]) {
+        const int64_t last = sparse->row_count - 1;
+        if (last < 0 || sparse->rows[last].y != at[1] || sparse->rows[last].z != at[2]) {
             if (!reserve_rows(b))
                 return qni_fail_memory(error, "the rows of a sparse volume");
             sparse->rows[sparse->row_count] = (qni_sparse_row){at[1], at[2]};

@@ -103,13 +103,24 @@ template <class To, class From> To stored(From value) {
     return static_cast<To>(value);
 }
 
+/* A tile's value. A damaged file can leave a bool that is neither 0 nor 1, which may not be looked
+ * at as one. */
+template <class Value> Value clean(const Value &value) {
+    return value;
+}
+template <> bool clean(const bool &value) {
+    unsigned char byte;
+    std::memcpy(&byte, &value, 1);
+    return byte != 0;
+}
+
 /* Visits all leaves, and all tiles that are not inactive background; neighbouring tiles along z
  * that are alike come as one. */
 template <class Tree, class OnLeaf, class OnTile>
 void visit(Tree &tree, OnLeaf on_leaf, OnTile on_tile) {
     using root_type = typename Tree::RootNodeType;
     using upper_type = typename root_type::ChildNodeType;
-    const auto background = tree.background();
+    const auto background = clean(tree.background());
     auto tiles_of = [&](auto &node) {
         using node_type = typename std::remove_reference<decltype(node)>::type;
         constexpr openvdb::Index side = 1u << node_type::LOG2DIM, count = side * side * side;
@@ -117,13 +128,14 @@ void visit(Tree &tree, OnLeaf on_leaf, OnTile on_tile) {
         for (openvdb::Index n = 0; n < count; ++n) {
             if (node.getChildMask().isOn(n))
                 continue;
-            const auto value = node.getTable()[n].getValue();
+            const auto value = clean(node.getTable()[n].getValue());
             const bool active = node.isValueMaskOn(n);
             if (!active && value == background)
                 continue;
             openvdb::Index end = n + 1;
             while (end % side != 0 && !node.getChildMask().isOn(end) &&
-                   node.getTable()[end].getValue() == value && node.isValueMaskOn(end) == active)
+                   clean(node.getTable()[end].getValue()) == value &&
+                   node.isValueMaskOn(end) == active)
                 ++end;
             const openvdb::Coord at = node.offsetToGlobalCoord(n);
             on_tile(at, edge, edge * static_cast<int32_t>(end - n), value, active);
@@ -131,9 +143,9 @@ void visit(Tree &tree, OnLeaf on_leaf, OnTile on_tile) {
         }
     };
     for (auto it = tree.root().cbeginValueAll(); it; ++it)
-        if (it.isValueOn() || it.getValue() != background)
+        if (it.isValueOn() || clean(it.getValue()) != background)
             on_tile(it.getCoord(), static_cast<int32_t>(upper_type::DIM),
-                    static_cast<int32_t>(upper_type::DIM), it.getValue(), it.isValueOn());
+                    static_cast<int32_t>(upper_type::DIM), clean(it.getValue()), it.isValueOn());
     for (auto upper = tree.root().beginChildOn(); upper; ++upper) {
         tiles_of(*upper);
         for (auto lower = upper->beginChildOn(); lower; ++lower) {
@@ -148,7 +160,7 @@ template <class Tree> void count(Tree &tree, qni_vdb_counts &counts) {
     visit(
         tree, [&](auto &) { ++counts.leaf_count; },
         [&](const openvdb::Coord &, int32_t, int32_t, auto, bool) { ++counts.tile_count; });
-    counts.background = stored<double>(tree.background());
+    counts.background = stored<double>(clean(tree.background()));
 }
 
 template <class Leaf> void turn_mask(const Leaf &leaf, uint64_t out[8]) {
@@ -276,8 +288,7 @@ qni_vdb_result qni_vdb_open(const char *path, qni_vdb **file_out, qni_vdb_messag
     return guarded(message, [&] {
         auto opened = std::make_unique<qni_vdb>();
         opened->file = std::make_unique<openvdb::io::File>(path);
-        opened->file->setCopyMaxBytes(0); /* no private copy of the file */
-        opened->file->open(true);
+        opened->file->open(false); /* delayed loading trusts the file: it asserts, which ends us */
         for (auto name = opened->file->beginName(); name != opened->file->endName(); ++name)
             opened->names.push_back(name.gridName());
         *file_out = opened.release();
