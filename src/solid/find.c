@@ -162,28 +162,31 @@ static qn_status several(walk *way, const double values[2], int32_t capacity,
     return QN_OK;
 }
 
-qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
-                             int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
-    walk way = {.solid = solid, .a = a, .b = b};
-    *count_out = 0;
+static qn_status find_between(walk *way, int32_t capacity, qni_crossing *crossings,
+                              int32_t *count_out) {
     bool simple;
-    QN_TRY(ends_say_all(&way, &simple));
+    QN_TRY(ends_say_all(way, &simple));
     double ends[2][3], values[2];
     for (int k = 0; k < 3; ++k)
-        ends[0][k] = a[k], ends[1][k] = b[k];
-    QN_TRY(solid->ops->values(solid, 2, (const double(*)[3])ends, values));
-    if (simple) {
-        if ((values[0] < 0) == (values[1] < 0) || capacity < 1)
-            return QN_OK;
-        QN_TRY(qni_find_single(solid, a, b, values, &crossings[0]));
-        *count_out = 1;
+        ends[0][k] = way->a[k], ends[1][k] = way->b[k];
+    QN_TRY(way->solid->ops->values(way->solid, 2, (const double(*)[3])ends, values));
+    if (!simple)
+        return several(way, values, capacity, crossings, count_out);
+    if ((values[0] < 0) == (values[1] < 0) || capacity < 1)
         return QN_OK;
-    }
-    qn_solid *near; /* many bounds follow: what is of no concern here is dropped first */
+    QN_TRY(qni_find_single(way->solid, way->a, way->b, values, &crossings[0]));
+    *count_out = 1;
+    return QN_OK;
+}
+
+qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const double b[3],
+                             int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
+    qn_solid *near; /* many questions follow: what is of no concern here is dropped first */
     const qni_box box = qni_segment_box(a, b);
+    *count_out = 0;
     QN_TRY(solid->ops->restrict_to(solid, &box, &near));
-    way.solid = near;
-    const qn_status status = several(&way, values, capacity, crossings, count_out);
+    walk way = {.solid = near, .a = a, .b = b};
+    const qn_status status = find_between(&way, capacity, crossings, count_out);
     qn_solid_destroy(near);
     return status;
 }
