@@ -30,6 +30,18 @@ static bool in_bounds(const qni_box *bounds, int axis, double coordinate) {
     return coordinate >= bounds->low[axis] && coordinate <= bounds->high[axis];
 }
 
+/* The values; their signs alone (-1 and 1) where these cost less and no slopes ask for more. */
+static qn_status find_values(const qn_solid *solid, int64_t count, const double (*points)[3],
+                             double *values) {
+    if (!solid->ops->inside || solid->ops->slopes)
+        return solid->ops->values(solid, count, points, values);
+    bool inside[QNI_BLOCK_CORNERS];
+    QN_TRY(solid->ops->inside(solid, count, points, inside));
+    for (int64_t n = 0; n < count; ++n)
+        values[n] = inside[n] ? -1 : 1;
+    return QN_OK;
+}
+
 static qn_status sample_signs(edge_job *job) {
     double points[QNI_BLOCK_CORNERS][3], *values = job->values;
     for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
@@ -37,8 +49,7 @@ static qn_status sample_signs(edge_job *job) {
         points[n][1] = job->planes[1][n / 9 % 9];
         points[n][2] = job->planes[2][n / 81];
     }
-    QN_TRY(
-        job->solid->ops->values(job->solid, QNI_BLOCK_CORNERS, (const double(*)[3])points, values));
+    QN_TRY(find_values(job->solid, QNI_BLOCK_CORNERS, (const double(*)[3])points, values));
     job->sampling->evaluations += QNI_BLOCK_CORNERS;
     const qni_box *bounds = &job->lattice->bounds;
     for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {

@@ -20,9 +20,9 @@ static bool is_group(const qni_csg_call *call) {
 }
 
 int qni_csg_dimension(const qni_csg_call *call) {
-    static const char *const solids[] = {
-        "cube",           "sphere",         "cylinder", "polyhedron",
-        "linear_extrude", "rotate_extrude", "surface",  NULL};
+    static const char *const solids[] = {"cube",       "sphere",         "cylinder",
+                                         "polyhedron", "linear_extrude", "rotate_extrude",
+                                         "surface",    "import",         NULL};
     static const char *const flats[] = {"square", "circle", "polygon", "text", "projection", NULL};
     if (is_any(call, solids))
         return 3;
@@ -156,7 +156,8 @@ static qn_status refuse(qni_csg_builder *build, const qni_csg_call *call) {
         build, call, QN_ERROR_UNSUPPORTED,
         "this module is not supported; supported are cube, sphere, cylinder, polyhedron, square, "
         "circle, polygon, group, union, difference, intersection, multmatrix, color, render, hull, "
-        "minkowski of convex parts, linear_extrude, rotate_extrude, projection(cut = true)");
+        "import, minkowski of convex parts, linear_extrude, rotate_extrude, projection(cut = "
+        "true)");
 }
 
 qn_status qni_csg_build(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {
@@ -184,6 +185,8 @@ qn_status qni_csg_build(qni_csg_builder *build, const qni_csg_call *call, qn_sol
         return qni_csg_hull(build, call, solid_out);
     if (qni_csg_is(call, "minkowski"))
         return qni_csg_minkowski(build, call, solid_out);
+    if (qni_csg_is(call, "import"))
+        return qni_csg_import(build, call, solid_out);
     return refuse(build, call);
 }
 

@@ -39,6 +39,9 @@ qn_status qni_csg_hull(qni_csg_builder *build, const qni_csg_call *call, qn_soli
 /* Of convex parts only: their sum is the hull of the sums of their corners. */
 qn_status qni_csg_minkowski(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out);
 
+/* A polygon model or a level set from another file. */
+qn_status qni_csg_import(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out);
+
 /* Add points whose hull is that of the call's solid, moved by the matrix. */
 qn_status qni_csg_points(qni_csg_builder *build, const qni_csg_call *call, int dimension,
                          const double matrix[3][4], qni_points *points);

@@ -143,11 +143,13 @@ static qn_status vector(parser *in, qni_csg_value *out) {
 
 static qn_status string(parser *in, qni_csg_value *out) {
     out->kind = QNI_CSG_STRING;
+    out->text.at = in->at;
     while (in->at < in->end && *in->at != '"') {
         if (*in->at == '\\' && in->at + 1 < in->end)
             step(in);
         step(in);
     }
+    out->text.length = in->at - out->text.at;
     return accept(in, '"') ? QN_OK : expected(in, "'\"' at the end of the text");
 }
 

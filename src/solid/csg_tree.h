@@ -20,7 +20,8 @@ typedef enum qni_csg_kind {
 
 typedef struct qni_csg_value {
     qni_csg_kind kind;
-    double number; /* also 0 or 1 of a bool */
+    double number;     /* also 0 or 1 of a bool */
+    qni_csg_span text; /* of a string, escapes as they are */
     struct qni_csg_value *items, *next;
     int64_t count;
 } qni_csg_value;

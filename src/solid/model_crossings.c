@@ -5,7 +5,9 @@
 
 #include <string.h>
 
-enum { HALVINGS = 48 };
+enum { MOST_STEPS = 60 };
+/* How well crossings over holes are placed, as a part of the segment. */
+static const double near_enough = 1e-9;
 /* How near to a hit the sign beside it is taken, as a part of the segment. */
 static const double beside = 1e-7;
 
@@ -41,28 +43,52 @@ static void put(sweep *way, double at, const double normal[3], int32_t owner, bo
     memcpy(crossing->normal, normal, sizeof crossing->normal);
 }
 
+/* The whole winding number at t, among hits on caps alone. */
+static int64_t winding_at(const sweep *way, double t, const qni_hit *hits, int64_t count) {
+    int64_t winding = way->winding;
+    for (int64_t n = 0; n < count; ++n)
+        winding += hits[n].at <= t ? hits[n].change : 0;
+    return winding;
+}
+
+/* Where the excess passes 0 between t0 and t1: false position, the end that stays counting half
+ * each time (the Illinois rule), and halving now and then, since dipoles make small steps. */
+static double find_root(const sweep *way, double t0, double t1, const qni_hit *hits,
+                        int64_t count) {
+    double f0 = excess(way, t0, winding_at(way, t0, hits, count), NULL);
+    double f1 = excess(way, t1, winding_at(way, t1, hits, count), NULL);
+    int last = 0;
+    for (int step = 0; step < MOST_STEPS && t1 - t0 > near_enough; ++step) {
+        double t = step % 4 == 3 || !((f0 < 0) != (f1 < 0)) ? 0.5 * (t0 + t1)
+                                                            : t0 + (t1 - t0) * f0 / (f0 - f1);
+        double f = excess(way, t, winding_at(way, t, hits, count), NULL);
+        if (fabs(f) < 1e-10)
+            return t;
+        if ((f < 0) == (f0 < 0)) {
+            t0 = t, f0 = f;
+            f1 *= last == 1 ? 0.5 : 1;
+            last = 1;
+        } else {
+            t1 = t, f1 = f;
+            f0 *= last == -1 ? 0.5 : 1;
+            last = -1;
+        }
+    }
+    return 0.5 * (t0 + t1);
+}
+
 /* Between t0 and t1 no panel is met, but the signs differ: over a hole. */
 static void put_smooth(sweep *way, double t0, double t1, const qni_hit *hits, int64_t count,
                        bool enters) {
     double gradient[3] = {0, 0, 0}, normal[3], back[3] = {1, 0, 0}, along[3];
-    int64_t winding = way->winding;
-    for (int step = 0; step < HALVINGS; ++step) {
-        double middle = 0.5 * (t0 + t1);
-        winding = way->winding;
-        for (int64_t n = 0; n < count; ++n)
-            winding += hits[n].at <= middle ? hits[n].change : 0;
-        if ((excess(way, middle, winding, NULL) >= 0) == enters)
-            t1 = middle;
-        else
-            t0 = middle;
-    }
-    excess(way, t0, winding, gradient); /* of the angle taken off: it grows out of the solid */
+    double at = find_root(way, t0, t1, hits, count);
+    excess(way, at, 0, gradient); /* of the angle taken off: it grows out of the solid */
     for (int k = 0; k < 3; ++k)
         along[k] = enters ? way->a[k] - way->b[k] : way->b[k] - way->a[k];
     qni_unit(along, back, back);
     qni_unit(gradient, back, normal);
     double facing = normal[0] * along[0] + normal[1] * along[1] + normal[2] * along[2];
-    put(way, t0, facing > 0 ? normal : back, way->solid->base.owner, enters);
+    put(way, at, facing > 0 ? normal : back, way->solid->base.owner, enters);
     qni_model *model = way->solid->model;
     __atomic_add_fetch(&model->hole_crossings, 1, __ATOMIC_RELAXED);
 }

@@ -109,8 +109,10 @@ static void add_edge(const double r[3], const double s[3], double gradient[3]) {
         gradient[k] += across[k] * (r_length + s_length) / below / (4 * pi);
 }
 
-/* Van Oosterom and Strackee, "The solid angle of a plane triangle", 1983. */
-double qni_panel_angle(const qni_panel *panel, const double p[3], double gradient[3]) {
+/* Van Oosterom and Strackee, "The solid angle of a plane triangle", 1983: half the angle is that of
+ * the vector (below, above). Its sign is exact. */
+static void half_angle(const qni_panel *panel, const double p[3], double gradient[3],
+                       double *below_out, double *above_out) {
     double r[3][3], length[3], corner[3], normal[3];
     for (int i = 0; i < 3; ++i) {
         qni_panel_corner(panel, i, corner);
@@ -118,10 +120,38 @@ double qni_panel_angle(const qni_panel *panel, const double p[3], double gradien
         length[i] = sqrt(dot(r[i], r[i]));
     }
     cross(r[1], r[2], normal);
-    double above = dot(r[0], normal);
-    double below = length[0] * length[1] * length[2] + dot(r[0], r[1]) * length[2] +
-                   dot(r[1], r[2]) * length[0] + dot(r[2], r[0]) * length[1];
+    double above = dot(r[0], normal), size = length[0] * length[1] * length[2];
+    *below_out = size + dot(r[0], r[1]) * length[2] + dot(r[1], r[2]) * length[0] +
+                 dot(r[2], r[0]) * length[1];
     for (int i = 0; gradient && i < 3; ++i)
         add_edge(r[i], r[(i + 1) % 3], gradient);
-    return -qni_panel_side(panel, p) * atan2(fabs(above), below) / (2 * pi);
+    if (fabs(above) <= 1e-14 * size) /* its sign may be rounding's */
+        above = -qni_panel_side(panel, p) * fmax(fabs(above), 1e-30 * size);
+    *above_out = above;
+}
+
+double qni_panel_angle(const qni_panel *panel, const double p[3], double gradient[3]) {
+    double below, above;
+    half_angle(panel, p, gradient, &below, &above);
+    return atan2(above, below) / (2 * pi);
+}
+
+/* Angles add up as their vectors are multiplied; turns past half a circle are counted. */
+double qni_panels_angle(const qni_panel *panels, int32_t count, const double p[3],
+                        double gradient[3]) {
+    double x = 1, y = 0;
+    int turns = 0;
+    for (int32_t n = 0; n < count; ++n) {
+        double below, above;
+        half_angle(&panels[n], p, gradient, &below, &above);
+        double next_x = x * below - y * above, next_y = x * above + y * below;
+        if (y >= 0 && above > 0 && next_y < 0)
+            ++turns;
+        if (y < 0 && above < 0 && next_y >= 0)
+            --turns;
+        double size = fabs(next_x) + fabs(next_y);
+        x = size > 0 ? next_x / size : 1;
+        y = size > 0 ? next_y / size : 0;
+    }
+    return (atan2(y, x) + 2 * pi * turns) / (2 * pi);
 }

@@ -286,8 +286,7 @@ double qni_panel_tree_angle(const qni_panel_tree *tree, const double p[3], doubl
             stack[height++] = node->second;
             stack[height++] = index + 1;
         } else {
-            for (int32_t n = node->first; n < node->first + node->count; ++n)
-                total += qni_panel_angle(&tree->panels[n], p, gradient);
+            total += qni_panels_angle(tree->panels + node->first, node->count, p, gradient);
         }
     }
     return total;

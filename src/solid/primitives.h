@@ -68,6 +68,8 @@ bool qni_invert(const double forward[3][4], double inverse[3][4]);
 
 /* The same solid with all owners replaced. */
 qn_solid *qni_owned_create(qn_context *context, const qn_solid *part, int32_t owner);
+/* The same solid; `volume`, which it borrows, goes with it. */
+qn_solid *qni_keeper_create(qn_context *context, const qn_solid *part, qn_volume *volume);
 /* f - distance. */
 qn_solid *qni_offset_create(qn_context *context, const qn_solid *part, double distance);
 
