@@ -239,13 +239,15 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
     return false;
 }
 
-/* A corner in the cell has its fan: triangles that miss it a little, within the tolerance, are not
- * taken instead. */
+/* A corner in the cell has its fan: triangles that miss it a little are not taken instead. Where
+ * several creases come through, neither are any that miss one just beyond the cell. */
 bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force) {
     const bool corner = loop->clusters > 2 && !loop->escaped;
-    return flat_within(patch, loop, force,
-                       corner ? fmin(patch->settings->tolerance, 1e-4 * patch->size)
-                              : patch->settings->tolerance);
+    const double tolerance = patch->settings->tolerance;
+    return (force || !corner) &&
+           flat_within(patch, loop, force,
+                       loop->sharp_count > 2 ? fmin(tolerance, 2e-5 * patch->hermite->lattice.cell)
+                                             : tolerance);
 }
 
 /* How far the loop's triangles are from the surface at their centroids, by the solid's values. */

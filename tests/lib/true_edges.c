@@ -200,7 +200,7 @@ static bool is_edge(const qn_solid *solid, const test_curve *curve, double t) {
             step[k] = (c & 1 ? 1 : -1) * steps[0][k] + (c & 2 ? 1 : -1) * steps[1][k];
         normalize(step);
         for (int k = 0; k < 3; ++k)
-            at[k] = point[k] + 1e-6 * step[k];
+            at[k] = point[k] + 1e-9 * step[k];
         inside += test_solid_value(solid, at) < 0;
     }
     return inside == 1 || inside == 3;
