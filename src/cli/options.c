@@ -61,6 +61,7 @@ enum {
     OPTION_BASE,
     OPTION_TOLERANCE,
     OPTION_CREASE,
+    OPTION_SPLIT_NORMALS,
     OPTION_BOX,
     OPTION_NO_FEATURES,
     OPTION_UNIFORM,
@@ -184,6 +185,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_BASE, 0, "base", "N", MESH | CSG | REMESH, NULL, "coarsest cells along the longest axis, a power of two (8)"},
     {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | REMESH | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
     {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG | REMESH, NULL, "normals that differ by more make a sharp edge (30)"},
+    {OPTION_SPLIT_NORMALS, 0, "split-normals", NULL, CSG | REMESH, NULL, "write normals that jump at sharp edges: vertices there are doubled in PLY, OBJ and GLB files"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
     {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG | REMESH, NULL, "plain marching cubes: no sharp edges"},
     {OPTION_UNIFORM, 0, "uniform", NULL, MESH | CSG | REMESH, NULL, "finest cells only"},
@@ -351,6 +353,9 @@ static void apply_flag(cli_options *options, const cli_option_row *row) {
         break;
     case OPTION_NO_FEATURES:
         options->solid.no_features = true;
+        break;
+    case OPTION_SPLIT_NORMALS:
+        options->split_normals = true;
         break;
     case OPTION_UNIFORM:
         options->solid.uniform = true;

@@ -60,7 +60,7 @@ typedef struct cli_options {
     bool cms; /* --mode cms */
     bool simplify, no_reproject;
     int32_t simplify_passes, relax;
-    bool ascii, skip_normals;
+    bool ascii, skip_normals, split_normals;
     char from[16], to[8];
     qn_volume_read_options read;
     bool dry_run, check, json;

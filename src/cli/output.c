@@ -155,6 +155,7 @@ int output_write_mesh(cli_session *session, const qn_mesh *mesh, const char *pat
     memcpy(write.format, options->to, sizeof write.format);
     write.ascii = options->ascii;
     write.skip_normals = options->skip_normals;
+    write.split_normals = options->split_normals;
     *bytes_out = -1;
     struct stat info;
     bool to_stdout = strcmp(path, "-") == 0;

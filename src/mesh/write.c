@@ -46,11 +46,25 @@ static qn_status choose_format(const char *path, const qn_mesh_write_options *op
         path);
 }
 
+static qn_status write_split(qn_context *context, const qn_mesh *mesh, const char *path,
+                             const qn_mesh_write_options *options, qn_error *error) {
+    qn_mesh_write_options plain = *options;
+    plain.split_normals = false;
+    qn_mesh *split;
+    QN_TRY(qn_mesh_split_normals(context, mesh, &split, error));
+    const qn_status status = qn_mesh_write(context, split, path, &plain, error);
+    qn_mesh_destroy(split);
+    return status;
+}
+
 qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
                         const qn_mesh_write_options *options, qn_error *error) {
     QNI_CHECK_OPTIONS(options, "qn_mesh_write_options_init", error);
     qni_mesh_format format;
     QN_TRY(choose_format(path, options, &format, error));
+    if (options && options->split_normals && !options->skip_normals && format != QNI_STL &&
+        format != QNI_OFF)
+        return write_split(context, mesh, path, options, error);
     qni_write_job job = {context, qn_mesh_get_view(mesh), options && options->ascii};
     if (options && options->skip_normals)
         job.view.normals = NULL;

@@ -76,6 +76,17 @@ QN_API qn_halfedges qn_mesh_get_halfedges(const qn_mesh *mesh);
  * than 2^32 - 2 halfedges */
 QN_API qn_status qn_mesh_build_halfedges(qn_context *context, qn_mesh *mesh, qn_error *error);
 
+/* ---- creases --------------------------------------------------------------------------------- */
+
+/* A copy for drawing, with normals that jump at the mesh's crease edges: round each vertex the
+ * faces between two creases share a normal (the mean of the faces', weighted by their angles) and a
+ * vertex of their own. So the copy is open along creases; the mesh itself stays as it is. Owners
+ * and creases are not copied.
+ *
+ * QN_ERROR_INVALID_ARGUMENT  the mesh has quads */
+QN_API qn_status qn_mesh_split_normals(qn_context *context, const qn_mesh *mesh,
+                                       qn_mesh **split_out, qn_error *error);
+
 /* ---- curvature ------------------------------------------------------------------------------- */
 
 /* Mean and Gaussian curvature at every vertex, from how the normals turn between it and the corners
@@ -218,6 +229,9 @@ typedef struct qn_mesh_write_options {
     char format[8]; /* "" by the file's name; "ply" "obj" "stl" "off" "glb" */
     bool ascii;     /* PLY and STL: text instead of binary */
     bool skip_normals;
+    bool split_normals; /* PLY, OBJ, GLB: normals as of qn_mesh_split_normals(), vertices along
+                           creases doubled in the file; the other formats have no normals at
+                           vertices and are written as ever */
 } qn_mesh_write_options;
 
 static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {

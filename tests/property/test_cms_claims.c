@@ -120,18 +120,29 @@ static void tagged_edges_lie_near_a_turned_cubes_edges(void **state) {
                   (long long)(8 * count), farthest);
 }
 
+/* The count of triangles does not grow with depth, nor that of the leaves along the edges: all
+ * leaves of a cube but those at its corners lie on one plane or one edge. */
 static void flat_parts_and_straight_edges_stay_coarse(void **state) {
     (void)state;
     qn_context *context = test_context(2);
     test_random random = {42};
     test_frame frame;
     qn_solid *cube = turned_cube(context, &random, &frame);
-    for (int depth = 6; depth <= 8; ++depth) {
-        qn_solid_surface_report report;
-        qn_mesh_destroy(surface(context, cube, depth, 2, &report));
-        print_message("base 2 depth %d: %lld triangles, %lld leaves\n", depth,
-                      (long long)report.triangles, (long long)report.leaves);
-        assert_true(report.triangles < 400);
+    for (int base = 2; base <= 8; base += 6) {
+        int64_t first = 0, first_leaves = 0;
+        for (int depth = 6; depth <= (test_is_long() ? 10 : 8); ++depth) {
+            qn_solid_surface_report report;
+            qn_mesh_destroy(surface(context, cube, depth, base, &report));
+            print_message("base %d depth %d: %lld triangles, %lld leaves, %lld of the two finest "
+                          "levels\n",
+                          base, depth, (long long)report.triangles, (long long)report.leaves,
+                          (long long)(report.leaves_by_level[0] + report.leaves_by_level[1]));
+            first = first ? first : report.triangles;
+            first_leaves = first_leaves ? first_leaves : report.leaves;
+            assert_true(base > 2 || report.triangles < 400);
+            assert_true((double)report.triangles < 1.05 * (double)first);
+            assert_true((double)report.leaves < 1.05 * (double)first_leaves);
+        }
     }
     qn_solid_destroy(cube);
     test_context_end(context);
@@ -315,10 +326,47 @@ static void a_box_cuts_the_solid(void **state) {
     test_context_end(context);
 }
 
+/* Split on request: each corner's normal is that of its face, and the mesh itself stays closed. */
+static void normals_split_at_creases(void **state) {
+    (void)state;
+    qn_context *context = test_context(1);
+    test_random random = {test_seed()};
+    test_frame frame;
+    qn_solid *cube = turned_cube(context, &random, &frame);
+    qn_solid_surface_report report;
+    qn_mesh *mesh = surface(context, cube, 6, 8, &report), *split;
+    assert_int_equal(qn_mesh_split_normals(context, mesh, &split, NULL), QN_OK);
+    check_clean(context, mesh);
+    const qn_mesh_view view = qn_mesh_get_view(split), whole = qn_mesh_get_view(mesh);
+    assert_int_equal(view.triangle_count, whole.triangle_count);
+    assert_true(view.vertex_count > whole.vertex_count);
+    qn_mesh_report split_report;
+    assert_int_equal(qn_mesh_check(context, split, NULL, &split_report, NULL), QN_OK);
+    assert_int_equal(split_report.components, 6);
+    for (int64_t h = 0; h < 3 * view.triangle_count; ++h) {
+        const float *normal = view.normals + 3 * view.triangles[h];
+        double most = 0;
+        assert_memory_equal(view.positions + 3 * view.triangles[h],
+                            whole.positions + 3 * whole.triangles[h], 3 * sizeof(float));
+        for (int m = 0; m < 3; ++m) {
+            double along = 0;
+            for (int k = 0; k < 3; ++k)
+                along += frame.turn[m][k] * (double)normal[k];
+            most = fmax(most, fabs(along));
+        }
+        assert_true(most > 1 - 1e-5);
+    }
+    qn_mesh_destroy(split);
+    qn_mesh_destroy(mesh);
+    qn_solid_destroy(cube);
+    test_context_end(context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tagged_edges_lie_near_a_turned_cubes_edges),
         cmocka_unit_test(flat_parts_and_straight_edges_stay_coarse),
+        cmocka_unit_test(normals_split_at_creases),
         cmocka_unit_test(thin_plates_are_closed_and_whole),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(lack_of_memory_is_an_error_without_leak),
