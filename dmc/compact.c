@@ -64,6 +64,13 @@ static uint32_t side_anew(const packing *p, uint32_t h) {
     return h == QN_NO_HALFEDGE ? h : new_number(&p->quads, h >> 2) << 2 | (h & 3);
 }
 
+static void move_point(float *points, int64_t from, int64_t to) {
+    const float x = points[3 * from], y = points[3 * from + 1], z = points[3 * from + 2];
+    points[3 * to] = x;
+    points[3 * to + 1] = y;
+    points[3 * to + 2] = z;
+}
+
 /* Vertices [from, end) to `to` and on, which is not beyond `from`; how many stay. */
 static int64_t pack_vertices(const packing *p, int64_t from, int64_t end, int64_t to) {
     qn_mesh *mesh = p->mesh;
@@ -71,9 +78,9 @@ static int64_t pack_vertices(const packing *p, int64_t from, int64_t end, int64_
     for (int64_t v = from; v < end; ++v) {
         if (!stays(&p->vertices, v))
             continue;
-        memmove(mesh->positions + 3 * to, mesh->positions + 3 * v, 3 * sizeof(float));
+        move_point(mesh->positions, v, to);
         if (mesh->normals)
-            memmove(mesh->normals + 3 * to, mesh->normals + 3 * v, 3 * sizeof(float));
+            move_point(mesh->normals, v, to);
         mesh->vertex_halfedges[to++] = side_anew(p, mesh->vertex_halfedges[v]);
     }
     return to - first;

@@ -74,6 +74,14 @@ static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals,
     memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
     qn_status status =
         dmc->with_halfedges ? qni_mesh_alloc_halfedges(dmc->context, mesh, error) : QN_OK;
+    if (status == QN_OK && dmc->with_valences) {
+        dmc->valence_room = total_vertices(dmc) + 1;
+        dmc->valences = qni_alloc(dmc->context, dmc->valence_room, 1);
+        dmc->colour_room = total_quads(dmc);
+        dmc->colours = qni_alloc(dmc->context, dmc->colour_room, 1);
+        if (!dmc->valences || (!dmc->colours && dmc->colour_room))
+            status = qni_fail_memory(error, "the valences");
+    }
     if (status == QN_OK)
         status = qni_dmc_emit(dmc, mesh, error);
     if (status != QN_OK) {
@@ -99,6 +107,7 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     dmc.with_halfedges =
         (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
     dmc.with_repair = !options->keep_doubled;
+    dmc.with_valences = options->simplify;
     dmc.with_tunnels = options->topology == QN_TOPOLOGY_EXACT;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
@@ -119,7 +128,9 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     report->seconds_classify = counted - start;
     report->seconds_emit = qni_seconds() - counted;
     if (status == QN_OK && *mesh_out)
-        status = qni_dmc_improve(&dmc, *mesh_out, NULL, options, report, error);
+        status = qni_dmc_improve(&dmc, *mesh_out, dmc.colours, options, report, error);
+    qni_free(context, dmc.valences, dmc.valence_room, 1);
+    qni_free(context, dmc.colours, dmc.colour_room, 1);
     if (status != QN_OK) {
         qn_mesh_destroy(*mesh_out);
         *mesh_out = NULL;

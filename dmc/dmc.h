@@ -77,7 +77,12 @@ typedef struct qni_dmc_tally {
 typedef struct qni_dmc {
     qn_context *context;
     qni_field field;
-    bool with_halfedges, with_repair, with_tunnels;
+    bool with_halfedges, with_repair, with_tunnels, with_valences;
+    uint8_t *valences; /* [vertices of the mesh + 1]: quads round each, 0 where they do not close
+                          round it; filled by emission when it is to be simplified, else NULL */
+    uint8_t *colours;  /* [quads of the mesh], likewise: 2 axis + ((x + y + z) & 1) of their lattice
+                          edges, 6 of quads that were split */
+    int64_t valence_room, colour_room;
     struct qni_repair *repair; /* planned after counting, when there are doubled edges */
     qni_dmc_row *rows;
     int64_t row_count;

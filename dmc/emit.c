@@ -362,8 +362,9 @@ static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
         .first_vertex = (uint32_t)(row->vertex_base + own->vertex_base),
         .at_border = at_border,
     };
-    qni_quad_ids_note(upper, own->x, at_border, &w->quad_ids);
-    qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges);
+    qni_quad_ids_note(upper, own->x, at_border, job->dmc->colours, &w->quad_ids);
+    qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges,
+             job->dmc->valences);
 }
 
 /* Tell the repair where the quads are that it will split: those of the leaf at x, from split `from`
@@ -483,5 +484,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
         qni_repair_apply(dmc, &job.frame, job.reverse, mesh);
     if (status == QN_OK && dmc->repair && mesh->twins)
         qni_repair_link(dmc, mesh);
+    if (status == QN_OK && dmc->valences)
+        qni_repair_count_valences(dmc, mesh);
     return status;
 }

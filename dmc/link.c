@@ -28,13 +28,15 @@ count_bits(uint64_t bits) { /* without a call where the processor's own is not b
 }
 
 /* The quads of the leaf at hand, which are numbered in the order in which they are met. */
-static void note_own(const qni_dmc_row *row, int32_t at, qni_quad_ids *ids) {
+static void note_own(const qni_dmc_row *row, int32_t at, uint8_t *colours, qni_quad_ids *ids) {
     const qni_leaf_quads *quads = row->quads + at;
     uint32_t quad = (uint32_t)(row->quad_base + row->leaves[at].quad_base);
     for (int axis = 0; axis < 3; ++axis)
         for (int z = 0; z < QNI_LEAF; ++z)
             for (uint64_t rest = quads->mask[axis][z]; rest; rest &= rest - 1) {
                 const int bit = __builtin_ctzll(rest);
+                if (colours) /* a leaf's first point is even */
+                    colours[quad] = (uint8_t)(2 * axis + ((z ^ bit ^ bit >> 3) & 1));
                 ids->quad[axis][z][bit >> 3][bit & 7] = quad++;
             }
 }
@@ -56,7 +58,8 @@ static void note_upper(const qni_dmc_row *row, int32_t at, const int shift[3], q
             }
 }
 
-void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, qni_quad_ids *ids) {
+void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, uint8_t *colours,
+                       qni_quad_ids *ids) {
     if (at_border) /* elsewhere every crossed edge has a quad, and others are not asked for */
         memset(ids, 0xff, sizeof *ids);
     for (int n = 0; n < 4; ++n) {
@@ -70,7 +73,7 @@ void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, qni_quad
             if (shift[0] | shift[1] | shift[2])
                 note_upper(row, at, shift, ids);
             else
-                note_own(row, at, ids);
+                note_own(row, at, colours, ids);
         }
     }
 }
@@ -133,6 +136,11 @@ void qni_link_prepare(bool reverse, qni_link_tables *tables) {
                (c >> (qni_edge_start_corner(edge) | 1 << qni_edge_axis(edge)) & 1))
             ++edge;
         tables->first_edge[c] = (uint8_t)edge;
+        for (; edge < QNI_EDGES; ++edge) {
+            const int start = qni_edge_start_corner(edge), end = start | 1 << qni_edge_axis(edge);
+            if ((c >> start & 1) != (c >> end & 1))
+                ++tables->crossed_edges[c];
+        }
     }
 }
 
@@ -263,36 +271,62 @@ static int first_of(unsigned edges) {
     return __builtin_ctz(edges);
 }
 
-/* The vertices of one cell; how many. */
-static int link_cell(const qni_link_leaf *job, int x, int y, int z, const qni_multi_cell *multi,
-                     const uint32_t *quad, uint32_t *halfedge) {
-    const int case_index = qni_case_of_cell(job->signs, x, y, z);
-    if (!multi && !job->at_border) {
-        *halfedge = start_at(job->tables, quad, job->tables->first_edge[case_index], case_index);
-        return 1;
-    }
-    const int entry = multi ? multi->entry : entry_of_single(job, x, y, z, case_index);
-    for (int n = 0; n < qni_entry_polygons(entry); ++n)
+/* A polygon's quads, 0 when some of its edges have none. */
+static uint8_t valence_at_border(const qni_link_tables *tables, const uint32_t *quad,
+                                 unsigned edges) {
+    for (unsigned rest = edges; rest; rest &= rest - 1)
+        if (quad[tables->edge_place[first_of(rest)]] == QN_NO_HALFEDGE)
+            return 0;
+    return (uint8_t)__builtin_popcount(edges);
+}
+
+/* The vertices of a cell with several polygons, or at the border; how many. */
+static int link_polygons(const qni_link_leaf *job, const uint32_t *quad, int case_index, int entry,
+                         uint32_t *halfedge, uint8_t *valence) {
+    const int polygons = qni_entry_polygons(entry);
+    for (int n = 0; n < polygons; ++n) {
+        const unsigned edges = qni_entry_edges(entry, n);
         halfedge[n] = job->at_border ? start_at_border(job->tables, quad, entry, n, case_index)
-                                     : start_at(job->tables, quad,
-                                                first_of(qni_entry_edges(entry, n)), case_index);
-    return qni_entry_polygons(entry);
+                                     : start_at(job->tables, quad, first_of(edges), case_index);
+        if (valence)
+            valence[n] = job->at_border ? valence_at_border(job->tables, quad, edges)
+                                        : (uint8_t)__builtin_popcount(edges);
+    }
+    return polygons;
+}
+
+static void link_vertices(const qni_link_leaf *job, const uint32_t *quads,
+                          uint32_t *vertex_halfedges, uint8_t *valences) {
+    const qni_link_tables *tables = job->tables;
+    const qni_multi_cell *multi = job->multis, *multi_end = multi + job->leaf->multi_count;
+    int64_t vertex = job->first_vertex;
+    for (int z = 0; z < QNI_LEAF; ++z)
+        for (uint64_t rest = job->leaf->active[z]; rest; rest &= rest - 1) {
+            const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
+            const int case_index = qni_case_of_cell(job->signs, x, y, z);
+            const uint32_t *quad = quads + place_of(x, y, z);
+            const bool is_multi = multi < multi_end && multi->cell == bit + 64 * z;
+            if (is_multi || job->at_border) {
+                const int entry =
+                    is_multi ? multi->entry : entry_of_single(job, x, y, z, case_index);
+                vertex += link_polygons(job, quad, case_index, entry, vertex_halfedges + vertex,
+                                        valences ? valences + vertex : NULL);
+                multi += is_multi;
+                continue;
+            }
+            vertex_halfedges[vertex] =
+                start_at(tables, quad, tables->first_edge[case_index], case_index);
+            if (valences)
+                valences[vertex] = tables->crossed_edges[case_index];
+            ++vertex;
+        }
 }
 
 void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins,
-              uint32_t *vertex_halfedges) {
-    const qni_multi_cell *multi = job->multis, *multi_end = multi + job->leaf->multi_count;
+              uint32_t *vertex_halfedges, uint8_t *valences) {
     const uint32_t *quads = &ids->quad[0][0][0][0];
-    uint32_t *halfedge = vertex_halfedges + job->first_vertex;
-    for (int z = 0; z < QNI_LEAF; ++z) {
-        for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < 3; ++axis)
+        for (int z = 0; z < QNI_LEAF; ++z)
             link_faces(job, axis, z, quads, twins);
-        for (uint64_t rest = job->leaf->active[z]; rest; rest &= rest - 1) {
-            const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
-            const bool is_multi = multi < multi_end && multi->cell == bit + 64 * z;
-            halfedge += link_cell(job, x, y, z, is_multi ? multi : NULL, quads + place_of(x, y, z),
-                                  halfedge);
-            multi += is_multi;
-        }
-    }
+    link_vertices(job, quads, vertex_halfedges, valences);
 }

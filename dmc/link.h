@@ -25,8 +25,9 @@ typedef struct qni_upper_rows {
 void qni_upper_rows_init(const qni_dmc *dmc, int64_t row, qni_upper_rows *rows);
 /* Fill in the quads round the leaf at x. Where the leaf has cells at the lattice's border, edges
  * without a quad get QN_NO_HALFEDGE; elsewhere all crossed edges have quads, and the places of
- * others are not written. */
-void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, qni_quad_ids *ids);
+ * others are not written. Unless it is NULL, `colours` gets those of the leaf's own quads. */
+void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, uint8_t *colours,
+                       qni_quad_ids *ids);
 
 /* Two quads across a segment of a face: where they are noted, from the place of the face's cell on,
  * and which of their sides the segment is. */
@@ -45,6 +46,7 @@ typedef struct qni_link_tables {
     uint8_t edge_corner[QNI_EDGES][2]; /* which corner of the edge's quad the cell is, by whether
                                           the edge starts above */
     uint8_t first_edge[256];           /* the lowest crossed edge of each case */
+    uint8_t crossed_edges[256];        /* how many edges of each case are crossed */
     bool reverse;
 } qni_link_tables;
 
@@ -65,8 +67,9 @@ typedef struct qni_link_leaf {
 } qni_link_leaf;
 
 /* Write the twins of all halfedges on the low faces of the leaf's cells, and a halfedge for each of
- * its vertices. Every halfedge lies on one face, so no two leaves write the same. */
+ * its vertices; unless `valences` is NULL also the quads round each vertex, 0 where some are
+ * missing at the border. Every halfedge lies on one face, so no two leaves write the same. */
 void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins,
-              uint32_t *vertex_halfedges);
+              uint32_t *vertex_halfedges, uint8_t *valences);
 
 #endif

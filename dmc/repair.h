@@ -92,6 +92,8 @@ int64_t qni_repair_row_split(const qni_repair *repair, int64_t row);
 void qni_repair_apply(qni_dmc *dmc, const qni_frame *frame, bool reverse, qn_mesh *mesh);
 /* The halfedges of the split quads and of their neighbours; after qni_repair_apply(). */
 void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh);
+/* Valences of the vertices that repair or the rim made or changed, colours of the quads. */
+void qni_repair_count_valences(const qni_dmc *dmc, const qn_mesh *mesh);
 void qni_repair_free(qni_dmc *dmc);
 
 #endif

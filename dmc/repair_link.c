@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* The halfedges of split quads, of their neighbours, and of tunnels. */
 #include "dmc/repair_parts.h"
+#include "dmc/simplify_hd.h"
 
 #include <string.h>
 
@@ -68,6 +69,28 @@ static void link_vertices(const qni_dmc *dmc, int64_t index, qn_mesh *mesh) {
             *of_vertex = h;
     }
     mesh->vertex_halfedges[qni_centre_vertex(dmc, index)] = 4 * split->quad;
+}
+
+static uint8_t valence_of(const qn_mesh *mesh, uint32_t vertex) {
+    const uint32_t start = mesh->vertex_halfedges[vertex];
+    int closed = 0;
+    const uint32_t size = start == QN_NO_HALFEDGE ? 0 : qni_fan_size(mesh->twins, start, &closed);
+    return closed && size < QNI_VALENCE_GONE ? (uint8_t)size : QNI_VALENCE_FIXED;
+}
+
+void qni_repair_count_valences(const qni_dmc *dmc, const qn_mesh *mesh) {
+    for (int64_t q = dmc->quad_count; q < mesh->quad_count; ++q)
+        dmc->colours[q] = 6;
+    for (int64_t v = dmc->vertex_count; v < mesh->vertex_count; ++v)
+        dmc->valences[v] = valence_of(mesh, (uint32_t)v);
+    for (int64_t n = 0; dmc->repair && n < dmc->repair->split_count; ++n) {
+        const qni_quad_split *split = dmc->repair->splits + n;
+        dmc->colours[split->quad] = 6;
+        for (int at = 0; at < qni_split_boundary_size(split); ++at) {
+            const uint32_t vertex = mesh->quads[qni_boundary_halfedge(dmc, split, at)];
+            dmc->valences[vertex] = valence_of(mesh, vertex);
+        }
+    }
 }
 
 void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {

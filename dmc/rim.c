@@ -156,7 +156,7 @@ static const qni_dmc_leaf *leaf_at(const qni_dmc_row *row, int32_t x) {
 static int64_t quad_of_edge(const qni_dmc *dmc, const int32_t point[3], int axis) {
     const qni_field *field = &dmc->field;
     const int32_t leaf[3] = {point[0] / QNI_LEAF, point[1] / QNI_LEAF, point[2] / QNI_LEAF};
-    const qni_dmc_row *row = dmc->rows + (leaf[2] * field->leaves[1] + leaf[1]);
+    const qni_dmc_row *row = dmc->rows + qni_field_find_row(field, leaf[1], leaf[2]);
     const qni_leaf_extent extent = qni_leaf_extent_of(field, leaf);
     double tile[QNI_TILE][QNI_TILE][QNI_TILE];
     uint16_t signs[QNI_LEAF_SAMPLES][QNI_LEAF_SAMPLES];

@@ -12,7 +12,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { BLOCK_BITS = 9, BLOCK = 1 << BLOCK_BITS, LANES = 16 };
+/* Kinds are read eight at a time, beyond the last quad's too. */
+enum { BLOCK_BITS = 9, KINDS_BEYOND = 8, BLOCK = 1 << BLOCK_BITS, LANES = 16 };
 
 typedef struct job {
     qn_context *context;
@@ -108,23 +109,44 @@ static bool belongs(int kind, bool rings) {
     return rings ? kind == QNI_QUAD_SHRINKS : qni_is_merge(kind);
 }
 
+/* Kinds of eight quads, and how many of them belong to the pattern (low half) or may go at all. */
+static int64_t find_kinds_of_word(const job *j, int64_t first, uint64_t live, bool rings) {
+    int64_t found = 0;
+    for (; live; live &= ~(UINT64_C(255) << (__builtin_ctzll(live) & 56))) {
+        const int64_t q = first + (__builtin_ctzll(live) >> 3);
+        const int kind = qni_kind_of_quad(&j->links, (uint32_t)q);
+        j->links.kind[q] = (uint8_t)kind;
+        if (j->colours && kind != QNI_QUAD_STAYS)
+            j->colours[q] = j->options->colour(j->options->colour_user, j->mesh, q);
+        found += belongs(kind, rings) | (int64_t)(kind != QNI_QUAD_STAYS) << 32;
+    }
+    return found;
+}
+
+static uint64_t kinds_at(const job *j, int64_t first) {
+    uint64_t word;
+    memcpy(&word, j->links.kind + first, sizeof word);
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    word = __builtin_bswap64(word);
+#endif
+    return qni_live_kinds(word);
+}
+
+static int64_t end_of_block(const job *j, int64_t block) {
+    const int64_t end = (block + 1) * BLOCK, quads = j->mesh->quad_count;
+    return end < quads ? end : quads;
+}
+
 /* Kinds of the quads of one block that are not known to stay; how many belong to the pattern. */
 static int64_t find_kinds_of_block(const job *j, int64_t block, bool rings) {
-    const int64_t quads = j->mesh->quad_count,
-                  end = (block + 1) * BLOCK < quads ? (block + 1) * BLOCK : quads;
-    int64_t found = 0, others = 0;
-    for (int64_t q = block * BLOCK; q < end; ++q) {
-        uint8_t *kind = j->links.kind + q;
-        if (*kind == QNI_QUAD_STAYS || *kind == QNI_QUAD_GONE)
-            continue;
-        *kind = (uint8_t)qni_kind_of_quad(&j->links, (uint32_t)q);
-        found += belongs(*kind, rings);
-        if (j->colours && *kind != QNI_QUAD_STAYS)
-            j->colours[q] = j->options->colour(j->options->colour_user, j->mesh, q);
-        others += *kind != QNI_QUAD_STAYS;
+    int64_t found = 0;
+    for (int64_t q = block * BLOCK; q < end_of_block(j, block); q += 8) {
+        const uint64_t live = kinds_at(j, q);
+        if (live)
+            found += find_kinds_of_word(j, q, live, rings);
     }
-    j->touched[block] = others > 0;
-    return found;
+    j->touched[block] = found >> 32 != 0;
+    return found & UINT32_MAX;
 }
 
 /* The same for all blocks; before[] becomes the sums. */
@@ -155,19 +177,21 @@ static qn_status reserve_list(job *j, int64_t count, qn_error *error) {
 }
 
 static qn_status list_candidates(job *j, bool rings, qn_error *error) {
-    const int64_t quads = j->mesh->quad_count;
     find_kinds(j, rings);
     j->count = j->before[j->blocks];
     QN_TRY(reserve_list(j, j->count, error));
 #pragma omp parallel for schedule(static) num_threads(j->threads)
     for (int64_t b = 0; b < j->blocks; ++b) {
-        const int64_t end = (b + 1) * BLOCK < quads ? (b + 1) * BLOCK : quads;
         uint32_t *next = j->list + j->before[b];
         if (j->before[b] == j->before[b + 1])
             continue;
-        for (int64_t q = b * BLOCK; q < end; ++q)
-            if (belongs(j->links.kind[q], rings))
-                *next++ = (uint32_t)q;
+        for (int64_t q = b * BLOCK; q < end_of_block(j, b); q += 8)
+            for (uint64_t live = kinds_at(j, q); live;
+                 live &= ~(UINT64_C(255) << (__builtin_ctzll(live) & 56))) {
+                const int64_t at = q + (__builtin_ctzll(live) >> 3);
+                if (belongs(j->links.kind[at], rings))
+                    *next++ = (uint32_t)at;
+            }
     }
     return QN_OK;
 }
@@ -270,19 +294,6 @@ static bool is_taken(const job *j, int64_t n) {
     return j->links.kind[j->list[n]] & QNI_TAKEN;
 }
 
-/* X and Y of the merges done: where the twins across the sides that left a and b start. */
-static void look_round_merged(job *j) {
-    qni_links *links = &j->links;
-#pragma omp parallel for schedule(static) num_threads(j->threads)
-    for (int64_t n = 0; n < j->count; ++n)
-        if (is_taken(j, n)) {
-            const uint32_t quad = j->list[n],
-                           first = (links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02;
-            qni_look_round(links, links->twin[4 * quad + first]);
-            qni_look_round(links, links->twin[4 * quad + first + 2]);
-        }
-}
-
 /* A merged vertex has come up to valence 4: rings that have it as an outer corner may shrink now.
  * The middle of such a ring lies across from it at a neighbour of valence 3. */
 static void mark_middles(const job *j, uint32_t start) {
@@ -340,7 +351,6 @@ static void carry_out_merges(job *j) {
             place_merged(j, kept, gone, &unprojected);
             ++merged;
         }
-    look_round_merged(j);
     j->report.merged_quads += merged;
     j->report.unprojected += unprojected;
 }
@@ -398,7 +408,8 @@ static qn_status run_as_paper(job *j, qn_error *error) {
 static qn_status run(job *j, qn_error *error) {
     memset(j->links.kind, QNI_PENDING, (size_t)j->mesh->quad_count);
     memset(j->touched, 1, (size_t)j->blocks);
-    if (measure_fans(j) != 4 * j->mesh->quad_count)
+    memset(j->links.kind + j->mesh->quad_count, QNI_QUAD_GONE, KINDS_BEYOND);
+    if (!j->options->valences && measure_fans(j) != 4 * j->mesh->quad_count)
         QN_TRY(fix_shared_vertices(j, error));
     if (j->options->paper)
         QN_TRY(run_as_paper(j, error));
@@ -424,8 +435,8 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
     j.blocks = (quads + BLOCK - 1) / BLOCK;
     j.before = qni_alloc(context, j.blocks + 1, sizeof *j.before);
     j.touched = qni_alloc(context, j.blocks, 1);
-    uint8_t *valence = qni_alloc(context, vertices + 1, 1),
-            *kind = qni_alloc(context, quads + 1, 1);
+    uint8_t *valence = options->valences ? options->valences : qni_alloc(context, vertices + 1, 1),
+            *kind = qni_alloc(context, quads + KINDS_BEYOND, 1);
     const bool asks = !options->colours && options->colour;
     j.colours = asks ? qni_alloc(context, quads, 1) : NULL;
     const qni_links links = {mesh->quads, mesh->twins, mesh->vertex_halfedges,
@@ -435,8 +446,9 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
     const qn_status status =
         good ? run(&j, error) : qni_fail_memory(error, "the marks of vertices and quads");
     qni_free(context, j.before, j.blocks + 1, sizeof *j.before);
-    qni_free(context, valence, vertices + 1, 1);
-    qni_free(context, kind, quads + 1, 1);
+    if (!options->valences)
+        qni_free(context, valence, vertices + 1, 1);
+    qni_free(context, kind, quads + KINDS_BEYOND, 1);
     qni_free(context, j.touched, j.blocks, 1);
     qni_free(context, j.colours, quads, 1);
     qni_free(context, j.list, j.capacity, sizeof *j.list);

@@ -16,7 +16,9 @@ typedef struct qni_simplify_options {
      * alone */
     uint8_t (*colour)(const void *user, const qn_mesh *mesh, int64_t quad);
     const void *colour_user;
-    int32_t passes; /* at most so many; 0: until nothing is left to do */
+    uint8_t *valences; /* [vertices + 1]: quads round each vertex, 0 where they do not close round
+                          it or form several fans; used up. NULL: measured */
+    int32_t passes;    /* at most so many; 0: until nothing is left to do */
     bool paper; /* [DMC21] section 4.1 for 3-X-3-Y, to compare: one pass, one look at the colours */
     qni_onto_surface project; /* NULL: new vertices stay at the middle of the two they replace, as
                                  in the paper */

@@ -71,13 +71,6 @@ QN_HD_INLINE uint32_t qni_fan_size(const uint32_t *twin, uint32_t start, int *cl
     return count;
 }
 
-QN_HD_INLINE uint32_t qni_lowest_of_fan(const uint32_t *twin, uint32_t start) {
-    uint32_t lowest = start;
-    for (uint32_t h = qni_next_round(twin, start); h != start; h = qni_next_round(twin, h))
-        lowest = h < lowest ? h : lowest;
-    return lowest;
-}
-
 /* What the valences alone say; without branches, since most quads stay and which do not is hard to
  * foresee. */
 QN_HD_INLINE int qni_kind_of_valences(int v0, int v1, int v2, int v3) {
@@ -140,6 +133,12 @@ QN_HD_INLINE int qni_may_shrink(const qni_links *links, uint32_t quad) {
             return 0;
     }
     return spare;
+}
+
+/* Of eight kinds in a word, the bytes that are neither QNI_QUAD_STAYS nor QNI_QUAD_GONE. */
+QN_HD_INLINE uint64_t qni_live_kinds(uint64_t word) {
+    const uint64_t gone = word >> 6 & UINT64_C(0x0101010101010101); /* no other kind has bit 6 */
+    return word & ~(gone * 255);
 }
 
 /* What may happen to a quad as things stand. */
@@ -250,9 +249,35 @@ QN_HD_INLINE void qni_pair(uint32_t *twin, uint32_t g, uint32_t h) {
     twin[h] = g;
 }
 
+/* One quad less round a vertex; several may say so at once. */
+QN_HD_INLINE void qni_drop_valence(qni_links *links, uint32_t vertex) {
+#ifdef __CUDA_ARCH__
+    const size_t address = (size_t)(links->valence + vertex);
+    atomicSub((unsigned *)(address & ~(size_t)3), 1u << (8 * (address & 3)));
+#else
+    __atomic_fetch_sub(links->valence + vertex, (uint8_t)1, __ATOMIC_RELAXED);
+#endif
+}
+
+/* X or Y of a merge: one quad less, and when its halfedge was that quad's, it gets `beside`, which
+ * starts at it in the quad next to it; that one stays, since it shares a corner of valence 3. So
+ * one merge at most writes the halfedge. */
+QN_HD_INLINE void qni_leave_vertex(qni_links *links, uint32_t quad, uint32_t beside) {
+    const uint32_t vertex = links->origin[beside];
+#ifdef __CUDA_ARCH__
+    volatile uint32_t *own = links->vertex_halfedge + vertex;
+    if (*own >> 2 == quad)
+        *own = beside;
+#else
+    uint32_t *own = links->vertex_halfedge + vertex;
+    if (__atomic_load_n(own, __ATOMIC_RELAXED) >> 2 == quad)
+        __atomic_store_n(own, beside, __ATOMIC_RELAXED);
+#endif
+    qni_drop_valence(links, vertex);
+}
+
 /* Merge a quad's corners of valence 3 into the lower one of them, which is returned; *gone_out is
- * the other. What changes for X and Y is left to qni_look_round(), since several merges may meet
- * there. */
+ * the other. Several merges may meet at X or Y. */
 QN_HD_INLINE uint32_t qni_merge(qni_links *links, uint32_t quad, uint32_t *gone_out) {
     const uint32_t first =
         4 * quad + (uint32_t)((links->kind[quad] & QNI_KIND_MASK) - QNI_QUAD_MERGES_02);
@@ -268,28 +293,11 @@ QN_HD_INLINE uint32_t qni_merge(qni_links *links, uint32_t quad, uint32_t *gone_
     qni_pair(links->twin, to_b, from_a);
     links->valence[a] = 4;
     links->valence[b] = QNI_VALENCE_GONE;
-    links->vertex_halfedge[a] = qni_lowest_of_fan(links->twin, from_a);
+    links->vertex_halfedge[a] = from_a;
+    qni_leave_vertex(links, quad, to_a);
+    qni_leave_vertex(links, quad, to_b);
     *gone_out = b;
     return a;
-}
-
-/* Valence and halfedge of a vertex of closed fan, one of whose halfedges is `start`. Several may do
- * this at once for one vertex: they write the same. */
-QN_HD_INLINE void qni_look_round(qni_links *links, uint32_t start) {
-    uint32_t lowest = start, size = 1;
-    for (uint32_t h = qni_next_round(links->twin, start); h != start;
-         h = qni_next_round(links->twin, h)) {
-        lowest = h < lowest ? h : lowest;
-        ++size;
-    }
-    const uint32_t vertex = links->origin[start];
-#ifdef __CUDA_ARCH__
-    links->vertex_halfedge[vertex] = lowest;
-    links->valence[vertex] = (uint8_t)size;
-#else
-    __atomic_store_n(links->vertex_halfedge + vertex, lowest, __ATOMIC_RELAXED);
-    __atomic_store_n(links->valence + vertex, (uint8_t)size, __ATOMIC_RELAXED);
-#endif
 }
 
 /* Let a quad take the place of the ring round it. */
@@ -306,9 +314,8 @@ QN_HD_INLINE void qni_shrink(qni_links *links, uint32_t quad) {
         links->origin[4 * quad + k] = outer[k];
         qni_pair(links->twin, 4 * quad + k, beyond[k]);
         --links->valence[outer[k]];
+        links->vertex_halfedge[outer[k]] = 4 * quad + k;
     }
-    for (uint32_t k = 0; k < 4; ++k)
-        links->vertex_halfedge[outer[k]] = qni_lowest_of_fan(links->twin, 4 * quad + k);
 }
 
 #endif

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What each stage costs beside the extraction, on one thread: user time of runs taken in turns, the
- * least of each, so that a busy machine spoils no ratio. stages [part of a volume's name] [runs] */
+ * least of each, so that a busy machine spoils no ratio. stages [part of a volume's name] [runs]
+ * [last stage, 0 to 4] */
 #include "bench/bench.h"
 #include "lib/support.h"
 
@@ -36,7 +37,7 @@ typedef struct costs {
 } costs;
 
 /* As many calls in one measurement as take a tenth of a second, for the clock's sake. */
-static bool measure(qn_context *context, const bench_volume *bench, int runs, costs *c) {
+static bool measure(qn_context *context, const bench_volume *bench, int runs, int last, costs *c) {
     qn_grid grid;
     qn_volume *volume = NULL;
     memset(&grid, 0, sizeof grid);
@@ -51,7 +52,7 @@ static bool measure(qn_context *context, const bench_volume *bench, int runs, co
         c->seconds[stage] = INFINITY;
     c->simplify = INFINITY;
     for (int run = 0; run < runs; ++run)
-        for (int stage = 0; stage < STAGES; ++stage) {
+        for (int stage = 0; stage <= last; ++stage) {
             const qn_surface_options options = options_of(stage, &bench->iso);
             const double start = user_seconds();
             for (int n = 0; n < repeats; ++n) {
@@ -89,6 +90,7 @@ static void print_row(const bench_volume *volume, const costs *c) {
 int main(int argc, char **argv) {
     qn_context *context = test_context(1);
     const int runs = argc > 2 ? atoi(argv[2]) : 5;
+    const int last = argc > 3 && atoi(argv[3]) < STAGES ? atoi(argv[3]) : STAGES - 1;
     printf(
         "| volume | vertices | extraction, a vertex | repair | halfedges | simplification alone | "
         "with what it needs | relaxation, 3 sweeps | bytes a vertex beside the mesh, without and "
@@ -99,7 +101,7 @@ int main(int argc, char **argv) {
         if ((argc > 1 && !strstr(bench_volume_name(n), argv[1])) || !bench_volume_make(n, &volume))
             continue;
         memset(&c, 0, sizeof c);
-        if (measure(context, &volume, runs, &c))
+        if (measure(context, &volume, runs, last, &c))
             print_row(&volume, &c);
         bench_volume_free(&volume);
     }
