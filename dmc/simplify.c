@@ -31,6 +31,48 @@ typedef struct job {
     qni_simplify_report report;
 } job;
 
+/* ---- ahead of the work ----------------------------------------------------------------------- */
+
+/* What is listed lies scattered in the arrays: it is asked for some items ahead, its surroundings,
+ * which are found through it, a few items ahead. */
+enum { AHEAD_FAR = 16, AHEAD_NEAR = 8 };
+
+static void expect_quad(const qni_links *links, uint32_t quad) {
+    __builtin_prefetch(links->twin + 4 * (size_t)quad);
+    __builtin_prefetch(links->origin + 4 * (size_t)quad);
+}
+
+static void expect_round(const qni_links *links, uint32_t quad) {
+    for (uint32_t k = 0; k < 4; ++k) {
+        const uint32_t twin = links->twin[4 * (size_t)quad + k];
+        if (twin == QNI_UNPAIRED)
+            continue;
+        __builtin_prefetch(links->twin + twin);
+        __builtin_prefetch(links->origin + twin);
+    }
+}
+
+static void expect_corners(const qn_mesh *mesh, uint32_t quad) {
+    for (int k = 0; k < 4; ++k) {
+        const size_t vertex = mesh->quads[4 * (size_t)quad + k];
+        __builtin_prefetch(mesh->positions + 3 * vertex);
+        __builtin_prefetch(mesh->vertex_halfedges + vertex);
+        if (mesh->normals)
+            __builtin_prefetch(mesh->normals + 3 * vertex);
+    }
+}
+
+/* Item n of a list is at hand. */
+static void expect(const job *j, const uint32_t *list, int64_t n, int64_t count, bool corners) {
+    if (n + AHEAD_FAR < count)
+        expect_quad(&j->links, list[n + AHEAD_FAR]);
+    if (n + AHEAD_NEAR < count) {
+        expect_round(&j->links, list[n + AHEAD_NEAR]);
+        if (corners)
+            expect_corners(j->mesh, list[n + AHEAD_NEAR]);
+    }
+}
+
 /* ---- valences -------------------------------------------------------------------------------- */
 
 /* Sides at a vertex, by its own halfedge; its valence is noted. */
@@ -109,18 +151,21 @@ static bool belongs(int kind, bool rings) {
     return rings ? kind == QNI_QUAD_SHRINKS : qni_is_merge(kind);
 }
 
-/* Kinds of eight quads, and how many of them belong to the pattern (low half) or may go at all. */
-static int64_t find_kinds_of_word(const job *j, int64_t first, uint64_t live, bool rings) {
-    int64_t found = 0;
+/* Of eight quads those that are not known to stay: their kinds by the valences alone. The others
+ * are listed. */
+static int64_t sift_word(const job *j, int64_t first, uint64_t live, uint32_t *list,
+                         int64_t count) {
     for (; live; live &= ~(UINT64_C(255) << (__builtin_ctzll(live) & 56))) {
         const int64_t q = first + (__builtin_ctzll(live) >> 3);
-        const int kind = qni_kind_of_quad(&j->links, (uint32_t)q);
-        j->links.kind[q] = (uint8_t)kind;
-        if (j->colours && kind != QNI_QUAD_STAYS)
-            j->colours[q] = j->options->colour(j->options->colour_user, j->mesh, q);
-        found += belongs(kind, rings) | (int64_t)(kind != QNI_QUAD_STAYS) << 32;
+        const uint32_t *v = j->links.origin + 4 * q;
+        const uint8_t *valence = j->links.valence;
+        const int kind =
+            qni_kind_of_valences(valence[v[0]], valence[v[1]], valence[v[2]], valence[v[3]]);
+        j->links.kind[q] = QNI_QUAD_STAYS;
+        list[count] = (uint32_t)q;
+        count += kind != QNI_QUAD_STAYS;
     }
-    return found;
+    return count;
 }
 
 static uint64_t kinds_at(const job *j, int64_t first) {
@@ -139,14 +184,23 @@ static int64_t end_of_block(const job *j, int64_t block) {
 
 /* Kinds of the quads of one block that are not known to stay; how many belong to the pattern. */
 static int64_t find_kinds_of_block(const job *j, int64_t block, bool rings) {
-    int64_t found = 0;
-    for (int64_t q = block * BLOCK; q < end_of_block(j, block); q += 8) {
-        const uint64_t live = kinds_at(j, q);
-        if (live)
-            found += find_kinds_of_word(j, q, live, rings);
+    uint32_t list[BLOCK + 1];
+    int64_t count = 0, found = 0, others = 0;
+    for (int64_t q = block * BLOCK; q < end_of_block(j, block); q += 8)
+        count = sift_word(j, q, kinds_at(j, q), list, count);
+    for (int64_t n = 0; n < count; ++n) {
+        const uint32_t q = list[n];
+        if (n + AHEAD_NEAR < count)
+            expect_round(&j->links, list[n + AHEAD_NEAR]);
+        const int kind = qni_kind_of_quad(&j->links, q);
+        j->links.kind[q] = (uint8_t)kind;
+        if (j->colours && kind != QNI_QUAD_STAYS)
+            j->colours[q] = j->options->colour(j->options->colour_user, j->mesh, q);
+        found += belongs(kind, rings);
+        others += kind != QNI_QUAD_STAYS;
     }
-    j->touched[block] = found >> 32 != 0;
-    return found & UINT32_MAX;
+    j->touched[block] = others != 0;
+    return found;
 }
 
 /* The same for all blocks; before[] becomes the sums. */
@@ -204,6 +258,8 @@ static int64_t decide_open(job *j, bool rings) {
 #pragma omp parallel for schedule(static) num_threads(j->threads) reduction(+ : open)
     for (int64_t n = 0; n < j->count; ++n) {
         uint8_t *kind = j->links.kind + j->list[n];
+        if (n + AHEAD_FAR < j->count)
+            __builtin_prefetch(j->links.twin + 4 * (size_t)j->list[n + AHEAD_FAR]);
         if (*kind & (QNI_TAKEN | QNI_LEFT))
             continue;
         const int decision = rings ? qni_decide_shrink(&j->links, j->list[n])
@@ -328,9 +384,11 @@ static void mark_neighbours(const job *j, uint32_t quad, bool rings) {
 /* Strike off what is done, and say what must be looked at again. */
 static void settle(job *j, bool rings) {
 #pragma omp parallel for schedule(static) num_threads(j->threads)
-    for (int64_t n = 0; n < j->count; ++n)
+    for (int64_t n = 0; n < j->count; ++n) {
+        expect(j, j->list, n, j->count, false);
         if (is_taken(j, n))
             mark_neighbours(j, j->list[n], rings);
+    }
 #pragma omp parallel for schedule(static) num_threads(j->threads)
     for (int64_t n = 0; n < j->count; ++n) {
         uint8_t *kind = j->links.kind + j->list[n];
@@ -344,13 +402,15 @@ static void settle(job *j, bool rings) {
 static void carry_out_merges(job *j) {
     int64_t merged = 0, unprojected = 0;
 #pragma omp parallel for schedule(static) num_threads(j->threads) reduction(+ : merged, unprojected)
-    for (int64_t n = 0; n < j->count; ++n)
+    for (int64_t n = 0; n < j->count; ++n) {
+        expect(j, j->list, n, j->count, true);
         if (is_taken(j, n)) {
             uint32_t gone;
             const uint32_t kept = qni_merge(&j->links, j->list[n], &gone);
             place_merged(j, kept, gone, &unprojected);
             ++merged;
         }
+    }
     j->report.merged_quads += merged;
     j->report.unprojected += unprojected;
 }
