@@ -92,8 +92,7 @@ static void note_tunnel(const qni_field *field, const double d[8], const int64_t
 static int resolve_cell(const qni_field *field, const int64_t at[3], int case_index, worker *w,
                         int *entry) {
     double d[8];
-    for (int c = 0; c < 8; ++c)
-        d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
+    qni_field_load_cell(field, at, d);
     if (qni_case_ambiguous_faces(case_index) == 0) {
         *entry = qni_case_offset(case_index);
     } else {

@@ -29,6 +29,20 @@ static uint8_t colour_of(const void *user, const qn_mesh *mesh, int64_t quad) {
     return (uint8_t)(2 * axis + ((high[0] + high[1] + high[2]) & 1));
 }
 
+/* What a stage held, and what emission left for it. */
+static void note_scratch(const qni_dmc *dmc, int64_t bytes, qn_surface_report *report) {
+    const int64_t beside = bytes + dmc->valence_room + dmc->colour_room;
+    report->scratch_bytes = beside > report->scratch_bytes ? beside : report->scratch_bytes;
+}
+
+/* The arrays as they are held, the room that simplification left in them included. */
+static int64_t bytes_of(const qn_mesh *mesh) {
+    const int64_t a_vertex = 12 + (mesh->normals ? 12 : 0) + (mesh->twins ? 4 : 0);
+    const int64_t a_quad = 16 + (mesh->twins ? 16 : 0);
+    return (mesh->vertex_count + mesh->vertex_slack) * a_vertex +
+           (mesh->quad_count + mesh->quad_slack) * a_quad;
+}
+
 static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
                           const qni_projector *projector, const qn_surface_options *options,
                           qn_surface_report *report, qn_error *error) {
@@ -49,6 +63,7 @@ static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
     report->shrunk_quads = done.shrunk_quads;
     report->unprojected_points = done.unprojected;
     report->simplify_passes = done.passes;
+    note_scratch(dmc, done.scratch_bytes, report);
     report->seconds_simplify = qni_seconds() - start;
     return status;
 }
@@ -60,6 +75,7 @@ static qn_status relax(qni_dmc *dmc, qn_mesh *mesh, const qni_projector *project
     qni_relax_report done;
     const qn_status status = qni_relax(dmc->context, mesh, options->relax, &slide, &done, error);
     report->relaxed_vertices = done.moved;
+    note_scratch(dmc, done.scratch_bytes, report);
     report->seconds_relax = done.seconds;
     return status;
 }
@@ -81,5 +97,6 @@ qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
         qni_mesh_free_halfedges(mesh);
     report->vertices = mesh->vertex_count;
     report->quads = mesh->quad_count;
+    report->output_bytes = bytes_of(mesh);
     return QN_OK;
 }

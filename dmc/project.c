@@ -3,6 +3,7 @@
  * division finds its zero. */
 #include "dmc/project.h"
 #include "dmc/cell_hd.h"
+#include "dmc/stencil.h"
 #include "dmc/vertex_hd.h"
 
 #include <math.h>
@@ -208,36 +209,6 @@ bool qni_project_in_cell(const void *user, const int32_t cell[3], const float fr
     return false;
 }
 
-/* A lattice point's value, continued linearly one point beyond the lattice's ends. */
-static double value_at(const qni_field *field, int64_t x, int64_t y, int64_t z) {
-    const int64_t point[3] = {x, y, z};
-    for (int a = 0; a < 3; ++a) {
-        if (point[a] >= 0 && point[a] < field->samples[a])
-            continue;
-        int64_t end[3] = {x, y, z}, inner[3] = {x, y, z};
-        end[a] = point[a] < 0 ? 0 : field->samples[a] - 1;
-        inner[a] = point[a] < 0 ? 1 : field->samples[a] - 2;
-        return 2 * qni_field_value(field, end[0], end[1], end[2]) -
-               qni_field_value(field, inner[0], inner[1], inner[2]);
-    }
-    return qni_field_value(field, x, y, z);
-}
-
-/* In the order of qni_gather_stencil(). */
-static void load_stencil(const qni_field *field, const int32_t cell[3],
-                         double stencil[QNI_STENCIL]) {
-    const int64_t x = cell[0], y = cell[1], z = cell[2];
-    for (int n = 0; n < 4; ++n) {
-        const int first = n & 1, second = n >> 1;
-        for (int i = 0; i < 4; ++i)
-            stencil[4 * n + i] = value_at(field, x - 1 + i, y + first, z + second);
-        stencil[16 + n] = value_at(field, x + first, y - 1, z + second);
-        stencil[20 + n] = value_at(field, x + first, y + 2, z + second);
-        stencil[24 + n] = value_at(field, x + first, y + second, z - 1);
-        stencil[28 + n] = value_at(field, x + first, y + second, z + 2);
-    }
-}
-
 void qni_project_normal(const void *user, const int32_t cell[3], const float position[3],
                         float normal[3]) {
     const qni_projector *projector = user;
@@ -245,7 +216,8 @@ void qni_project_normal(const void *user, const int32_t cell[3], const float pos
     float unused[3], found[3];
     const double base[3] = {cell[0], cell[1], cell[2]};
     to_lattice(projector, position, at);
-    load_stencil(projector->field, cell, stencil);
+    const int64_t cell_64[3] = {cell[0], cell[1], cell[2]};
+    qni_load_stencil(projector->field, cell_64, stencil);
     const double local[3] = {at[0] - base[0], at[1] - base[1], at[2] - base[2]};
     qni_place_point(stencil, base, local, &projector->frame, unused, found);
     const float squares = (found[0] * found[0] + found[1] * found[1]) + found[2] * found[2];

@@ -245,6 +245,7 @@ qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qn
                     qni_relax_report *report_out, qn_error *error) {
     const double start = qni_seconds();
     const int64_t vertices = mesh->vertex_count, quads = mesh->quad_count;
+    const int64_t held_before = qn_context_memory(context).current_bytes;
     job j = {.context = context,
              .mesh = mesh,
              .surface = surface,
@@ -266,6 +267,7 @@ qn_status qni_relax(qn_context *context, qn_mesh *mesh, int32_t sweeps, const qn
     const bool good =
         j.normals && j.wished && j.cells && j.state && j.worst && j.across && j.shape && j.worse;
     qn_status status = good ? run(&j, sweeps, error) : qni_fail_memory(error, "relaxing the mesh");
+    j.report.scratch_bytes = qn_context_memory(context).current_bytes - held_before;
     if (j.normals != mesh->normals)
         qni_free(context, j.normals, vertices, 3 * sizeof(float));
     qni_free(context, j.wished, vertices, 3 * sizeof(float));

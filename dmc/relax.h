@@ -22,6 +22,7 @@ typedef struct qni_relax_report {
     int64_t moved;    /* vertices that stand elsewhere in the end */
     int64_t reverted; /* moves taken back, over all sweeps, since a quad would have become worse
                          than the worst round it */
+    int64_t scratch_bytes; /* memory held beside the mesh */
     double seconds;
 } qni_relax_report;
 

@@ -3,6 +3,7 @@
  * it is arithmetic on the cells at hand; every point and every quad is written by itself. */
 #include "dmc/repair_parts.h"
 #include "dmc/repair_hd.h"
+#include "dmc/stencil.h"
 #include "core/context.h"
 #include "core/parallel.h"
 
@@ -11,40 +12,24 @@
 
 /* ---- vertices -------------------------------------------------------------------------------- */
 
-/* The same order as in place_hd.h. */
-static void load_stencil(const qni_field *field, const int64_t cell[3],
-                         double stencil[QNI_STENCIL]) {
-    for (int n = 0; n < QNI_STENCIL; ++n) {
-        int step[3];
-        if (n < 16) {
-            step[0] = n % 4 - 1;
-            step[1] = n / 4 & 1;
-            step[2] = n / 8;
-        } else {
-            const int beside = n < 24 ? 1 : 2, other = 3 - beside, m = n - (n < 24 ? 16 : 24);
-            step[0] = m & 1;
-            step[beside] = m < 4 ? -1 : 2;
-            step[other] = m >> 1 & 1;
-        }
-        const int64_t point[3] = {cell[0] + step[0], cell[1] + step[1], cell[2] + step[2]};
-        stencil[n] = qni_field_extended_value(field, point);
-    }
+void qni_repair_place_from(const qni_repair_job *job, const int64_t cell[3],
+                           const double stencil[QNI_STENCIL], const double local[3],
+                           int64_t vertex) {
+    const double at[3] = {(double)cell[0], (double)cell[1], (double)cell[2]};
+    float position[3], normal[3];
+    qni_place_point(stencil, at, local, job->frame, position, normal);
+    qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, job->frame);
 }
 
 void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3],
                       int64_t vertex) {
     double stencil[QNI_STENCIL];
-    const double at[3] = {(double)cell[0], (double)cell[1], (double)cell[2]};
-    float position[3], normal[3];
-    load_stencil(&job->dmc->field, cell, stencil);
-    qni_place_point(stencil, at, local, job->frame, position, normal);
-    qni_store_vertex(job->mesh, vertex, position, normal, stencil, local, job->frame);
+    qni_load_stencil(&job->dmc->field, cell, stencil);
+    qni_repair_place_from(job, cell, stencil, local, vertex);
 }
 
 void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], double d[8]) {
-    for (int c = 0; c < 8; ++c)
-        d[c] =
-            qni_field_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
+    qni_field_load_cell(field, cell, d);
 }
 
 /* The four points of a doubled face: two for each segment, first the one above the face. Returns
@@ -52,13 +37,14 @@ void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], doub
 static int place_face_points(const qni_repair_job *job, int64_t index) {
     const qni_doubled_face *face = job->dmc->repair->faces + index;
     const int axis = face->axis;
-    double d[2][8];
+    double d[2][8], stencil[2][QNI_STENCIL];
     int64_t cell[2][3];
     int left = 0;
     for (int side = 0; side < 2; ++side) {
         for (int a = 0; a < 3; ++a)
             cell[side][a] = face->cell[a] - (side && a == axis);
-        qni_repair_load_corners(&job->dmc->field, cell[side], d[side]);
+        qni_load_stencil(&job->dmc->field, cell[side], stencil[side]);
+        qni_stencil_corners(stencil[side], d[side]);
     }
     for (int segment = 0; segment < 2; ++segment) {
         double uw[2], length;
@@ -67,8 +53,8 @@ static int place_face_points(const qni_repair_job *job, int64_t index) {
             double local[3];
             left +=
                 !qni_point_in_cell(d[side], axis, side, uw, length * QNI_REPAIR_NEARNESS, local);
-            qni_repair_place(job, cell[side], local,
-                             job->dmc->vertex_count + 4 * index + 2 * segment + side);
+            qni_repair_place_from(job, cell[side], stencil[side], local,
+                                  job->dmc->vertex_count + 4 * index + 2 * segment + side);
         }
     }
     return left;
@@ -118,10 +104,11 @@ static void split_quad(const qni_repair_job *job, int64_t index) {
     qni_quad_split *split = dmc->repair->splits + index;
     const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
     const uint32_t centre = qni_centre_vertex(dmc, index);
-    double local[3] = {0, 0, 0}, d[8];
-    qni_repair_load_corners(&dmc->field, cell, d);
+    double local[3] = {0, 0, 0}, d[8], stencil[QNI_STENCIL];
+    qni_load_stencil(&dmc->field, cell, stencil);
+    qni_stencil_corners(stencil, d);
     local[split->axis] = d[0] / (d[0] - d[1 << split->axis]);
-    qni_repair_place(job, cell, local, centre);
+    qni_repair_place_from(job, cell, stencil, local, centre);
     uint32_t boundary[QNI_LARGEST_BOUNDARY];
     const int count = boundary_of(dmc, split, boundary);
     split->turn = (uint8_t)qni_better_turn(job->mesh->positions, boundary, count, centre);

@@ -23,6 +23,9 @@ void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], doub
 /* Write a vertex from its place in a cell. */
 void qni_repair_place(const qni_repair_job *job, const int64_t cell[3], const double local[3],
                       int64_t vertex);
+void qni_repair_place_from(const qni_repair_job *job, const int64_t cell[3],
+                           const double stencil[QNI_STENCIL], const double local[3],
+                           int64_t vertex);
 
 /* Where an edge of a cell meets the surface. */
 void qni_edge_crossing(const double d[8], int edge, double local[3]);

@@ -6,15 +6,10 @@
 #include "dmc/rim.h"
 #include "dmc/ring_hd.h"
 #include "core/context.h"
+#include "core/sort.h"
 #include "core/status.h"
 
-#include <stdlib.h>
 #include <string.h>
-
-static void load_cell(const qni_field *field, const int64_t at[3], double d[8]) {
-    for (int c = 0; c < 8; ++c)
-        d[c] = qni_field_value(field, at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2));
-}
 
 bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis, int entry,
                          qni_doubled_face *face) {
@@ -23,7 +18,7 @@ bool qni_face_is_doubled(const qni_field *field, const int64_t cell[3], int axis
     int64_t below[3] = {cell[0], cell[1], cell[2]};
     double d[8];
     --below[axis];
-    load_cell(field, below, d);
+    qni_field_load_cell(field, below, d);
     if (!qni_one_polygon_has_face(qni_cell_resolve(d, qni_case_of_values(d)).entry, 2 * axis + 1))
         return false;
     for (int a = 0; a < 3; ++a)
@@ -240,9 +235,12 @@ qn_status qni_repair_plan(qni_dmc *dmc, qn_error *error) {
     }
     int64_t count = mark_sides(dmc, marks);
     count += mark_cuts(dmc, marks + count);
-    qsort(marks, (size_t)count, sizeof *marks, compare_marks);
-    list_splits(repair, marks, count);
+    const bool sorted = qni_sort(dmc->context, marks, count, sizeof *marks, compare_marks);
+    if (sorted)
+        list_splits(repair, marks, count);
     qni_free(dmc->context, marks, capacity, sizeof *marks);
+    if (!sorted)
+        return qni_fail_memory(error, "the quads to be split");
     repair->extra_vertices = 4 * repair->face_count + repair->split_count + repair->tunnel_points;
     repair->extra_quads += repair->split_quads;
     return QN_OK;

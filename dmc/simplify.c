@@ -482,6 +482,7 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
                        qni_simplify_report *report_out, qn_error *error) {
     const double start = qni_seconds();
     const int64_t vertices = mesh->vertex_count, quads = mesh->quad_count;
+    const int64_t held_before = qn_context_memory(context).current_bytes;
     job j = {.context = context,
              .mesh = mesh,
              .options = options,
@@ -505,6 +506,7 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
     const bool good = j.before && j.touched && valence && kind && (j.colours || !asks);
     const qn_status status =
         good ? run(&j, error) : qni_fail_memory(error, "the marks of vertices and quads");
+    j.report.scratch_bytes = qn_context_memory(context).current_bytes - held_before;
     qni_free(context, j.before, j.blocks + 1, sizeof *j.before);
     if (!options->valences)
         qni_free(context, valence, vertices + 1, 1);

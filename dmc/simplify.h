@@ -31,6 +31,7 @@ typedef struct qni_simplify_report {
     int64_t unprojected; /* new vertices that took the place of the one they keep, the surface being
                             out of reach */
     int32_t passes;
+    int64_t scratch_bytes; /* most memory held beside the mesh and the options' arrays */
     double seconds;
 } qni_simplify_report;
 

@@ -4,9 +4,8 @@
  * from elsewhere, and the judge of the other. */
 #include "mesh/mesh.h"
 #include "core/context.h"
+#include "core/sort.h"
 #include "core/status.h"
-
-#include <stdlib.h>
 
 typedef struct side {
     uint32_t low, high; /* its vertices */
@@ -102,7 +101,11 @@ qn_status qn_mesh_build_halfedges(qn_context *context, qn_mesh *mesh, qn_error *
         const uint32_t a = origin[h], b = origin[next_of((uint32_t)h, corners)];
         sides[h] = (side){a < b ? a : b, a < b ? b : a, (uint32_t)h};
     }
-    qsort(sides, (size_t)count, sizeof *sides, compare_sides);
+    if (!qni_sort(context, sides, count, sizeof *sides, compare_sides)) {
+        qni_free(context, sides, count, sizeof *sides);
+        qni_mesh_free_halfedges(mesh);
+        return qni_fail_memory(error, "the sides of the mesh");
+    }
     for (int64_t from = 0, end; from < count; from = end) {
         for (end = from + 1; end < count && sides[end].low == sides[from].low &&
                              sides[end].high == sides[from].high;)

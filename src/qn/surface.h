@@ -82,8 +82,8 @@ typedef struct qn_surface_report {
     int64_t tunnels; /* cells where the interpolant joins two polygons by a tunnel; looked for with
                         QN_TOPOLOGY_EXACT */
     int64_t restored_tunnels; /* those of them that the mesh has */
-    int64_t output_bytes;     /* memory of the mesh */
-    int64_t scratch_bytes;    /* most memory held beside it */
+    int64_t output_bytes;     /* memory of the mesh, room left by simplification included */
+    int64_t scratch_bytes;    /* most memory held beside it, by any stage */
     double seconds_classify, seconds_emit, seconds_total;
     /* With options->simplify and options->relax; `vertices` and `quads` are then those of the
      * finished mesh. */

@@ -110,6 +110,18 @@ static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, in
     }
 }
 
+bool qni_field_load_run(const qni_field *field, const int64_t point[3], int64_t count,
+                        double *out) {
+    if (field->sparse)
+        return false;
+    for (int a = 0; a < 3; ++a)
+        if (point[a] < field->border ||
+            point[a] + (a == 0 ? count : 1) > field->samples[a] - field->border)
+            return false;
+    load_row(field, point[0], point[1], point[2], count, out);
+    return true;
+}
+
 /* A row of lattice points of any place in the lattice, virtual layer included. */
 void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, double *out) {
     const qn_grid *grid = field->grid;

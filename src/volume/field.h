@@ -67,6 +67,10 @@ void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double c
 /* The same, one point beyond the lattice's ends too, extrapolated as in tiles. */
 double qni_field_extended_value(const qni_field *field, const int64_t point[3]);
 
+/* Values of `count` lattice points along x; false, and nothing written, unless all of them are
+ * samples of a dense volume. */
+bool qni_field_load_run(const qni_field *field, const int64_t point[3], int64_t count, double *out);
+
 /* ---- leaves by their signs ------------------------------------------------------------------- */
 
 /* Leaves come in rows along x, rows in bands of up to 8 neighbours along y, so that rows of samples

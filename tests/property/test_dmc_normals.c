@@ -116,8 +116,56 @@ static void normals_of_noise_have_unit_length(void **state) {
     test_context_end(context);
 }
 
+/* Repair, simplification and relaxation bring the normals along. */
+static void normals_stay_through_repair_and_simplification(void **state) {
+    (void)state;
+    test_random random = {test_seed()};
+    qn_context *context = test_context(2);
+    int64_t merged = 0, repaired = 0;
+    for (int64_t i = 0; i < test_count(30, 300); ++i) {
+        const bool ball = i % 2 == 0;
+        double centre[3];
+        test_field field = test_field_make(30, 32, 28);
+        if (ball) {
+            do {
+                test_field_random_matrix(&field, &random);
+                test_field_prepare(&field);
+            } while (fill_ball(&field, centre) < 6);
+            field.inside = QN_INSIDE_BELOW;
+            test_field_prepare(&field);
+        } else {
+            test_field_free(&field);
+            field = test_random_field(&random, TEST_SMOOTHED_NOISE, 24);
+        }
+        qn_volume *volume = test_field_volume(context, &field);
+        qn_surface_options options = test_field_options(&field);
+        qn_surface_report report;
+        qn_mesh *mesh;
+        options.keep_doubled = false;
+        options.simplify = true;
+        options.relax = i % 4 < 2 ? 0 : 2;
+        assert_int_equal(qn_surface(context, volume, &options, &mesh, &report, NULL), QN_OK);
+        const qn_mesh_view view = qn_mesh_get_view(mesh);
+        assert_true(view.normals != NULL || view.vertex_count == 0);
+        for (int64_t v = 0; v < view.vertex_count; ++v) {
+            check_length(&field, view.normals + 3 * v);
+            if (ball && outwardness(view.positions + 3 * v, view.normals + 3 * v, centre) < 0.97)
+                fail_msg("%s: normal %lld does not point away", field.name, (long long)v);
+        }
+        merged += report.merged_quads;
+        repaired += report.repaired_edges;
+        qn_mesh_destroy(mesh);
+        qn_volume_destroy(volume);
+        test_field_free(&field);
+    }
+    printf("%lld quads merged, %lld edges repaired\n", (long long)merged, (long long)repaired);
+    assert_true(merged > 100 && repaired > 10);
+    test_context_end(context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(normals_stay_through_repair_and_simplification),
         cmocka_unit_test(normals_of_balls_point_away),
         cmocka_unit_test(normals_of_noise_have_unit_length),
     };
