@@ -90,10 +90,8 @@ static int boundary_of(const qni_dmc *dmc, const qni_quad_split *split,
 
 /* Remember a quad as emitted: splits overwrite it, and tunnels need to know its corners. */
 static void note_quad(const qni_repair_job *job, qni_quad_split *split) {
-    const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
-    double d[8];
-    qni_repair_load_corners(&job->dmc->field, cell, d);
-    split->forward = (d[0] >= 0) != job->reverse;
+    const int32_t *at = split->point;
+    split->forward = (qni_field_value(&job->dmc->field, at[0], at[1], at[2]) >= 0) != job->reverse;
     memcpy(split->corners, job->mesh->quads + 4 * (size_t)split->quad, sizeof split->corners);
 }
 
