@@ -135,7 +135,7 @@ static void normals_stay_through_repair_and_simplification(void **state) {
             test_field_prepare(&field);
         } else {
             test_field_free(&field);
-            field = test_random_field(&random, TEST_SMOOTHED_NOISE, 24);
+            field = test_random_field(&random, TEST_GAUSSIAN, 24);
         }
         qn_volume *volume = test_field_volume(context, &field);
         qn_surface_options options = test_field_options(&field);
