@@ -5,7 +5,8 @@
 
 #include "core/context.h"
 
-/* Ascending and stable, in O(n log n) and room for as many items again; false when there is none. */
+/* Ascending and stable, in O(n log n), with room for as many items again; false when there is none.
+ */
 bool qni_sort(qn_context *context, void *items, int64_t count, size_t size,
               int (*compare)(const void *first, const void *second));
 
