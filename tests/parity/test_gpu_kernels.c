@@ -2,6 +2,8 @@
 /* The kernels of gpu/, run on the processor with blocks and threads in shuffled order, give the
  * bytes of the CPU path: vertices, normals, quads, halfedges, repair, and the report's counts. */
 #include "gpu/driver.h"
+#include "gpu/host.h"
+#include "lib/analytic.h"
 #include "lib/random_volume.h"
 #include "parity/cpu_device.h"
 
@@ -62,6 +64,19 @@ static sampled sample(const test_field *field, qn_scalar scalar, test_random *ra
     }
     if (whole)
         s.iso = middle + (test_random_range(random, 0, 1) ? 0.5 : 0.0);
+    for (int64_t n = 0; !whole && n < count && random->state % 5 == 0; n += 1 + n / 2) {
+        const double odd[3] = {NAN, INFINITY, -INFINITY};
+        const double value = odd[test_random_range(random, 0, 2)];
+        if (scalar == QN_F32)
+            ((float *)s.samples)[n] = (float)value;
+        else
+            ((double *)s.samples)[n] = value;
+    }
+    if (random->state % 3 == 0) { /* twice the value, or its negative */
+        s.grid.slope = random->state % 2 ? 2 : -1;
+        s.grid.intercept = 0.125;
+        s.iso = s.grid.slope * s.iso + s.grid.intercept;
+    }
     s.grid.samples = s.samples;
     s.grid.scalar = scalar;
     memcpy(s.grid.size, field->size, sizeof s.grid.size);
@@ -191,6 +206,7 @@ static void bytes_are_those_of_the_cpu(void **state) {
         const qn_scalar scalar = scalars[i / TEST_KIND_COUNT % 8];
         sampled s = sample(&field, scalar, &random);
         qn_surface_options options = test_field_options(&field);
+        options.device = QN_DEVICE_CPU;
         char name[128];
         options.isovalues = &s.iso;
         options.keep_doubled = i % 3 == 0 || options.open;
@@ -206,12 +222,163 @@ static void bytes_are_those_of_the_cpu(void **state) {
            "the same bytes\n",
            (long long)count, (long long)met.vertices, (long long)met.quads, (long long)met.doubled,
            (long long)met.nonfinite);
-    assert_true(met.vertices > 10000 && met.quads > 10000 && met.doubled > 100);
+    assert_true(met.vertices > 10000 && met.halfedges > 10000 && met.doubled > 100);
+    assert_true(met.nonfinite > 2);
+}
+
+/* ---- volumes in the processor's memory ------------------------------------------------------- */
+
+/* All that a mesh holds, halfedges too. */
+static uint64_t hash_all(const qn_mesh *mesh) {
+    const qn_halfedges halves = qn_mesh_get_halfedges(mesh);
+    uint64_t hash = test_hash_mesh(mesh);
+    if (halves.count == 0)
+        return hash;
+    hash = test_hash(hash, halves.twin, (size_t)halves.count * 4);
+    return test_hash(hash, halves.vertex_halfedge, (size_t)qn_mesh_get_view(mesh).vertex_count * 4);
+}
+
+/* A volume of gen2 with noise, whose rows and planes lie apart. */
+typedef struct padded {
+    float *samples;
+    qn_grid grid;
+} padded;
+
+static padded make_padded(uint64_t seed) {
+    enum { N = 40, ROW = 44, ROWS = 43 };
+    padded p = {.samples = test_alloc(ROW * ROWS * N, sizeof(float))};
+    test_random random = {seed};
+    for (int64_t n = 0; n < ROW * ROWS * N; ++n)
+        p.samples[n] = 1e30f;
+    for (int z = 0; z < N; ++z)
+        for (int y = 0; y < N; ++y)
+            for (int x = 0; x < N; ++x)
+                p.samples[(z * ROWS + y) * ROW + x] =
+                    (float)(sin(0.5 * x) * cos(0.4 * y) + sin(0.45 * z) +
+                            0.7 * (test_random_unit(&random) - 0.5));
+    p.grid = (qn_grid){.samples = p.samples, .scalar = QN_F32, .size = {N, N, N}};
+    p.grid.stride[0] = 4;
+    p.grid.stride[1] = 4 * ROW;
+    p.grid.stride[2] = 4 * ROW * ROWS;
+    return p;
+}
+
+static void improved_meshes_are_those_of_the_cpu(void **state) {
+    (void)state;
+    padded p = make_padded(7);
+    qn_context *context = test_context(2);
+    qn_volume *volume;
+    qn_error error;
+    assert_int_equal(qn_volume_create(context, &p.grid, NULL, NULL, &volume, &error), QN_OK);
+    for (int i = 0; i < 4; ++i) {
+        qn_surface_options options;
+        qn_surface_report report[2];
+        qn_mesh *mesh[2];
+        qn_surface_options_init(&options);
+        options.simplify = i & 1;
+        options.relax = i & 2;
+        options.halfedges = i == 3;
+        options.device = QN_DEVICE_CPU;
+        mesh[0] = cpu_surface(context, volume, &options, report);
+        test_cpu_device cpu;
+        test_cpu_device_init(&cpu, (uint64_t)i);
+        options.device = QN_DEVICE_CUDA;
+        assert_null(qni_gpu_cannot(volume, &options));
+        if (qni_gpu_host_surface(context, &cpu.device, volume, 0, &options, mesh + 1, report + 1,
+                                 &error) != QN_OK)
+            fail_msg("%s", error.message);
+        assert_true(hash_all(mesh[0]) == hash_all(mesh[1]));
+        expect_report("improved", report + 1, report);
+        assert_int_equal(report[0].device, QN_DEVICE_CPU);
+        assert_int_equal(report[1].device, QN_DEVICE_CUDA);
+        assert_int_equal(report[1].merged_quads, report[0].merged_quads);
+        assert_int_equal(report[1].relaxed_vertices, report[0].relaxed_vertices);
+        assert_true(report[0].repaired_edges > 0);
+        assert_int_equal(cpu.finishes, 3); /* counts, what pass 2 counted, the mesh */
+        assert_int_equal(cpu.bytes, 0);
+        qn_mesh_destroy(mesh[0]);
+        qn_mesh_destroy(mesh[1]);
+    }
+    qn_volume_destroy(volume);
+    test_context_end(context);
+    free(p.samples);
+}
+
+static void little_device_memory_is_an_error(void **state) {
+    (void)state;
+    padded p = make_padded(8);
+    qn_context *context = test_context(1);
+    qn_volume *volume;
+    qn_error error;
+    qn_surface_options options;
+    qn_surface_report report;
+    qn_mesh *mesh = NULL;
+    test_cpu_device cpu;
+    int64_t limit = 1;
+    assert_int_equal(qn_volume_create(context, &p.grid, NULL, NULL, &volume, &error), QN_OK);
+    qn_surface_options_init(&options);
+    options.halfedges = true;
+    for (int tries = 0; !mesh; ++tries) {
+        test_cpu_device_init(&cpu, 1);
+        cpu.limit = limit;
+        const qn_status status =
+            qni_gpu_host_surface(context, &cpu.device, volume, 0, &options, &mesh, &report, &error);
+        assert_int_equal(status, mesh ? QN_OK : QN_ERROR_OUT_OF_MEMORY);
+        assert_int_equal(cpu.bytes, 0);
+        assert_true(tries < 1000);
+        limit += 50000;
+    }
+    qn_mesh_destroy(mesh);
+    qn_volume_destroy(volume);
+    test_context_end(context);
+    free(p.samples);
+}
+
+/* Scratch on the device, halfedges and repair included: bits and counts of all leaves, records of
+ * those with surface, marks of quads, lists of multiple cells and doubled edges. Half a byte a
+ * voxel at most on iWP 512^3, the densest of the benchmark's volumes. */
+static void scratch_is_small(void **state) {
+    (void)state;
+    const char *names[2] = {"iwp", "gen2"};
+    for (int i = 0; i < 2; ++i) {
+        const int64_t size = test_count(96, i == 0 ? 512 : 256);
+        qn_context *context = test_context(1);
+        void *samples;
+        qn_volume *volume =
+            test_analytic_volume(context, test_analytic_find(names[i]), size, QN_U16, &samples);
+        qn_surface_options options;
+        qn_surface_report report;
+        qn_mesh *mesh;
+        qn_error error;
+        test_cpu_device cpu;
+        qn_surface_options_init(&options);
+        options.halfedges = true;
+        test_cpu_device_init(&cpu, 3);
+        assert_int_equal(qni_gpu_host_surface(context, &cpu.device, volume,
+                                              test_analytic_iso(QN_U16), &options, &mesh, &report,
+                                              &error),
+                         QN_OK);
+        const double voxels = (double)(size * size * size);
+        const double share = (double)report.scratch_bytes / voxels;
+        const double bound = 0.23 * voxels + 330.0 * (double)report.active_leaves +
+                             0.3 * (double)report.quads + 8.0 * (double)report.multiple_cells +
+                             700.0 * (double)report.doubled_edges + 65536.0;
+        printf("%s %lld^3: %.3f bytes of scratch a voxel\n", names[i], (long long)size, share);
+        assert_true((double)report.scratch_bytes < bound);
+        assert_true(size < 256 || share < 0.5);
+        qn_mesh_destroy(mesh);
+        qn_volume_destroy(volume);
+        free(samples);
+        test_context_end(context);
+    }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bytes_are_those_of_the_cpu),
+        cmocka_unit_test(improved_meshes_are_those_of_the_cpu),
+        cmocka_unit_test(little_device_memory_is_an_error),
+        cmocka_unit_test(scratch_is_small),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
