@@ -82,6 +82,7 @@ __global__ void __launch_bounds__(SIGN_THREADS)
 struct gpu {
     qni_device device;
     cudaStream_t stream;
+    cudaEvent_t mark[2]; /* made when first asked for */
     int number, processors;
 };
 
@@ -164,6 +165,30 @@ static qn_status gpu_fill(qni_device *device, void *memory, int byte, int64_t by
                           qn_error *error) {
     return check(cudaMemsetAsync(memory, byte, (size_t)bytes, self(device)->stream),
                  "filling GPU memory", error);
+}
+
+static qn_status gpu_copy(qni_device *device, void *to, const void *from, int64_t bytes,
+                          qn_error *error) {
+    return check(
+        cudaMemcpyAsync(to, from, (size_t)bytes, cudaMemcpyDeviceToDevice, self(device)->stream),
+        "copying within the GPU", error);
+}
+
+static qn_status gpu_mark(qni_device *device, int index, qn_error *error) {
+    gpu *g = self(device);
+    if (!g->mark[index])
+        QNI_CUDA_TRY(check(cudaEventCreate(&g->mark[index]), "making a CUDA event", error));
+    return check(cudaEventRecord(g->mark[index], g->stream), "recording a CUDA event", error);
+}
+
+static qn_status gpu_elapsed(qni_device *device, double *milliseconds, qn_error *error) {
+    const gpu *g = self(device);
+    float elapsed = 0;
+    QNI_CUDA_TRY(check(cudaEventSynchronize(g->mark[1]), "waiting for a CUDA event", error));
+    QNI_CUDA_TRY(check(cudaEventElapsedTime(&elapsed, g->mark[0], g->mark[1]),
+                       "reading CUDA events", error));
+    *milliseconds = elapsed;
+    return QN_OK;
 }
 
 static void launch_signs(const qni_gpu_args *args, unsigned blocks, cudaStream_t stream) {
@@ -268,6 +293,9 @@ extern "C" qn_status qni_cuda_open(void *stream, qni_device **device_out, qn_err
     g->device.download = gpu_download;
     g->device.fill = gpu_fill;
     g->device.launch = gpu_launch;
+    g->device.copy = gpu_copy;
+    g->device.mark = gpu_mark;
+    g->device.elapsed = gpu_elapsed;
     g->device.finish = gpu_finish;
     const qn_status status = open_device(g, error);
     if (status != QN_OK) {
@@ -279,7 +307,13 @@ extern "C" qn_status qni_cuda_open(void *stream, qni_device **device_out, qn_err
 }
 
 extern "C" void qni_cuda_close(qni_device *device) {
-    free(device ? device->self : NULL);
+    if (!device)
+        return;
+    gpu *g = self(device);
+    for (int n = 0; n < 2; ++n)
+        if (g->mark[n])
+            (void)cudaEventDestroy(g->mark[n]); /* nobody is left to tell */
+    free(g);
 }
 
 extern "C" qn_status qni_cuda_describe(qni_device *device, char text[128], qn_error *error) {

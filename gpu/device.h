@@ -26,6 +26,12 @@ struct qni_device {
     /* At most `blocks` blocks share the kernel's items. */
     qn_status (*launch)(qni_device *device, qni_gpu_kernel kernel, const qni_gpu_args *args,
                         int64_t blocks, qn_error *error);
+    /* For measuring: a copy within the device; two marks in the order of the work, and the time
+     * between them once the device has finished. */
+    qn_status (*copy)(qni_device *device, void *to, const void *from, int64_t bytes,
+                      qn_error *error);
+    qn_status (*mark)(qni_device *device, int index, qn_error *error);
+    qn_status (*elapsed)(qni_device *device, double *milliseconds, qn_error *error);
     /* Wait for all that was asked for, and hear of its errors. */
     qn_status (*finish)(qni_device *device, qn_error *error);
 };

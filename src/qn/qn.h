@@ -7,6 +7,7 @@
 #include <qn/volume.h>
 #include <qn/solid.h>
 #include <qn/surface.h>
+#include <qn/cuda.h>
 #include <qn/mesh.h>
 #include <qn/band.h>
 #include <qn/solid.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "parity/cpu_device.h"
+#include "core/parallel.h"
 #include "core/status.h"
 
 #include <stdlib.h>
@@ -165,6 +166,20 @@ static qn_status cpu_fill(qni_device *device, void *memory, int byte, int64_t by
     return QN_OK;
 }
 
+static qn_status cpu_mark(qni_device *device, int index, qn_error *error) {
+    test_cpu_device *cpu = device->self;
+    (void)error;
+    cpu->mark[index] = qni_seconds();
+    return QN_OK;
+}
+
+static qn_status cpu_elapsed(qni_device *device, double *milliseconds, qn_error *error) {
+    const test_cpu_device *cpu = device->self;
+    (void)error;
+    *milliseconds = 1e3 * (cpu->mark[1] - cpu->mark[0]);
+    return QN_OK;
+}
+
 static qn_status cpu_finish(qni_device *device, qn_error *error) {
     test_cpu_device *cpu = device->self;
     (void)error;
@@ -174,7 +189,17 @@ static qn_status cpu_finish(qni_device *device, qn_error *error) {
 
 void test_cpu_device_init(test_cpu_device *cpu, uint64_t shuffle) {
     *cpu = (test_cpu_device){.shuffle = shuffle};
-    cpu->device =
-        (qni_device){cpu,      cpu_alloc, cpu_free, cpu_free_bytes, cpu_copy, cpu_upload_rows,
-                     cpu_copy, cpu_fill,  launch,   cpu_finish};
+    cpu->device = (qni_device){.self = cpu,
+                               .alloc = cpu_alloc,
+                               .free = cpu_free,
+                               .free_bytes = cpu_free_bytes,
+                               .upload = cpu_copy,
+                               .upload_rows = cpu_upload_rows,
+                               .download = cpu_copy,
+                               .fill = cpu_fill,
+                               .launch = launch,
+                               .copy = cpu_copy,
+                               .mark = cpu_mark,
+                               .elapsed = cpu_elapsed,
+                               .finish = cpu_finish};
 }

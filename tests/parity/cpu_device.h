@@ -11,6 +11,7 @@ typedef struct test_cpu_device {
     uint64_t shuffle;    /* seed of the order */
     int64_t bytes, most; /* held now, and at most */
     int64_t limit;       /* allocations beyond this fail; 0: none do */
+    double mark[2];
     int64_t launches, allocations, finishes;
 } test_cpu_device;
 

@@ -3,6 +3,7 @@
  * bytes of the CPU path: vertices, normals, quads, halfedges, repair, and the report's counts. */
 #include "gpu/driver.h"
 #include "gpu/host.h"
+#include "gpu/session.h"
 #include "lib/analytic.h"
 #include "lib/random_volume.h"
 #include "parity/cpu_device.h"
@@ -334,6 +335,53 @@ static void little_device_memory_is_an_error(void **state) {
     free(p.samples);
 }
 
+/* Samples and mesh in device memory; a call like the one before allocates nothing. */
+static void resident_meshes_are_those_of_the_cpu(void **state) {
+    (void)state;
+    padded p = make_padded(9);
+    qn_context *context = test_context(1);
+    qn_volume *volume;
+    qn_error error;
+    test_cpu_device cpu;
+    test_cpu_device_init(&cpu, 4);
+    qni_gpu_pool pool = {.device = &cpu.device};
+    assert_int_equal(qn_volume_create(context, &p.grid, NULL, NULL, &volume, &error), QN_OK);
+    int64_t allocations = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double iso = i == 2 ? 0.9 : 0;
+        qn_surface_options options;
+        qn_surface_report report[2];
+        qn_cuda_mesh found;
+        qn_surface_options_init(&options);
+        options.isovalues = &iso;
+        options.isovalue_count = 1;
+        options.halfedges = i != 1;
+        options.device = QN_DEVICE_CPU;
+        qn_mesh *mesh = cpu_surface(context, volume, &options, report);
+        const qn_mesh_view view = qn_mesh_get_view(mesh);
+        if (qni_gpu_resident_surface(context, &pool, &p.grid, iso, &options, &found, report + 1,
+                                     &error) != QN_OK)
+            fail_msg("%s", error.message);
+        expect_number("resident", "vertices", found.vertex_count, view.vertex_count);
+        expect_equal("resident", "normal", found.normals, view.normals, view.vertex_count, 12);
+        expect_equal("resident", "quad", found.quads, view.quads, view.quad_count, 16);
+        assert_true((found.twin != NULL) == options.halfedges);
+        expect_report("resident", report + 1, report);
+        assert_true(i == 0 || cpu.allocations == allocations);
+        allocations = cpu.allocations;
+        options.simplify = true;
+        assert_int_equal(
+            qni_gpu_resident_surface(context, &pool, &p.grid, iso, &options, &found, NULL, &error),
+            QN_ERROR_UNSUPPORTED);
+        qn_mesh_destroy(mesh);
+    }
+    qni_gpu_pool_free(&pool);
+    assert_int_equal(cpu.bytes, 0);
+    qn_volume_destroy(volume);
+    test_context_end(context);
+    free(p.samples);
+}
+
 /* Scratch on the device, halfedges and repair included: bits and counts of all leaves, records of
  * those with surface, marks of quads, lists of multiple cells and doubled edges. Half a byte a
  * voxel at most on iWP 512^3, the densest of the benchmark's volumes. */
@@ -378,6 +426,7 @@ int main(void) {
         cmocka_unit_test(bytes_are_those_of_the_cpu),
         cmocka_unit_test(improved_meshes_are_those_of_the_cpu),
         cmocka_unit_test(little_device_memory_is_an_error),
+        cmocka_unit_test(resident_meshes_are_those_of_the_cpu),
         cmocka_unit_test(scratch_is_small),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
