@@ -105,14 +105,16 @@ static qn_status check(cudaError_t code, const char *what, qn_error *error) {
                 what, code);
 }
 
+/* Threads have a current device each, and callers may have chosen another since. */
 static gpu *self(qni_device *device) {
-    return static_cast<gpu *>(device->self);
+    gpu *g = static_cast<gpu *>(device->self);
+    (void)cudaSetDevice(g->number); /* a failure is heard of in the call that follows */
+    return g;
 }
 
 static qn_status gpu_alloc(qni_device *device, int64_t bytes, void **out, qn_error *error) {
-    cudaError_t code = cudaSetDevice(self(device)->number);
-    if (code == cudaSuccess)
-        code = cudaMalloc(out, (size_t)bytes);
+    (void)self(device);
+    const cudaError_t code = cudaMalloc(out, (size_t)bytes);
     if (code == cudaSuccess)
         return QN_OK;
     *out = NULL;
@@ -128,14 +130,14 @@ static qn_status gpu_alloc(qni_device *device, int64_t bytes, void **out, qn_err
 }
 
 static void gpu_free(qni_device *device, void *memory) {
-    (void)device;
+    (void)self(device);
     (void)cudaFree(memory); /* at the end nobody is left to tell */
 }
 
 static int64_t gpu_free_bytes(qni_device *device) {
     size_t free_bytes = 0, total = 0;
-    if (cudaSetDevice(self(device)->number) != cudaSuccess ||
-        cudaMemGetInfo(&free_bytes, &total) != cudaSuccess)
+    (void)self(device);
+    if (cudaMemGetInfo(&free_bytes, &total) != cudaSuccess)
         return 0;
     return (int64_t)free_bytes;
 }
@@ -256,7 +258,10 @@ static qn_status find_device(int *number, qn_error *error) {
         return no_device(error, cudaGetErrorString(code));
     if (count == 0)
         return no_device(error, "the driver finds none");
-    *number = 0;
+    if (cudaGetDevice(number) != cudaSuccess) {
+        (void)cudaGetLastError();
+        return no_device(error, "the driver gives none out");
+    }
     return QN_OK;
 }
 

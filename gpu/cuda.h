@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/* The first CUDA device, opened; cuda.cu. No CUDA header is needed here. */
+/* The current CUDA device, opened; cuda.cu. No CUDA header is needed here. */
 #ifndef QNI_GPU_CUDA_H
 #define QNI_GPU_CUDA_H
 

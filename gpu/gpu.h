@@ -6,10 +6,10 @@
 
 #include <qn/surface.h>
 
-/* As qni_dmc_surface(), on the first CUDA device. With QN_DEVICE_AUTO a request that the GPU cannot
- * or need not do comes back with *done_out false and QN_OK, and report->device_note says why; with
- * QN_DEVICE_CUDA it is an error: QN_ERROR_UNSUPPORTED, or QN_ERROR_OUT_OF_MEMORY where the device
- * has too little. */
+/* As qni_dmc_surface(), on the current CUDA device. With QN_DEVICE_AUTO a request that the GPU
+ * cannot or need not do comes back with *done_out false and QN_OK, and report->device_note says
+ * why; with QN_DEVICE_CUDA it is an error: QN_ERROR_UNSUPPORTED, or QN_ERROR_OUT_OF_MEMORY where
+ * the device has too little. */
 qn_status qni_gpu_surface(qn_context *context, const qn_volume *volume, double isovalue,
                           const qn_surface_options *options, bool *done_out, qn_mesh **mesh_out,
                           qn_surface_report *report, qn_error *error);

@@ -10,8 +10,9 @@
 extern "C" {
 #endif
 
-/* The first CUDA device, a stream, and the device memory that calls have needed so far: it is kept,
- * so a call like the one before allocates nothing. One thread at a time. */
+/* The current CUDA device (the first, unless the thread chose another), a stream, and the device
+ * memory that calls have needed so far: it is kept, so a call like the one before allocates
+ * nothing. One thread at a time. */
 typedef struct qn_cuda qn_cuda;
 
 /* `stream` is a cudaStream_t, NULL for the default one; it and the context must outlive the result.

@@ -24,7 +24,7 @@ typedef enum qn_device {
     QN_DEVICE_AUTO, /* the GPU where there is one, it can do what is asked, and the volume is large
                        enough to be worth the way; else the processor */
     QN_DEVICE_CPU,
-    QN_DEVICE_CUDA /* the first CUDA device, or an error */
+    QN_DEVICE_CUDA /* the current CUDA device, which is the first unless chosen, or an error */
 } qn_device;
 
 typedef struct qn_surface_options {
