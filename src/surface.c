@@ -153,11 +153,14 @@ static qn_status surface_of_samples(qn_context *context, const qn_solid *solid, 
     const qni_cms_job job = {.solid = solid,
                              .samples = true,
                              .join_ties = inside == QN_INSIDE_ABOVE,
-                             .creases = options->creases == QN_CREASES_ON};
+                             .creases = qni_sampled_has_creases(solid)};
     QN_TRY(qni_cms_surface(context, &job, options, mesh_out, report, error));
     const qni_sample_frame *frame = qni_sampled_frame(solid);
     qni_mesh_move(*mesh_out, (const double(*)[4])frame->to_world, frame->turned);
     report->rounded = !frame->exact;
+    report->creases = qni_sampled_has_creases(solid);
+    report->distance_share = qni_sampled_distance_share(solid);
+    report->sharp_crossings = qni_sampled_sharp_crossings(solid);
     return QN_OK;
 }
 
@@ -174,7 +177,14 @@ qn_status qn_surface_adaptive(qn_context *context, const qn_volume *volume, doub
         return qni_fail(error, QN_ERROR_UNSUPPORTED,
                         "this build has no Cubical Marching Squares: install liblapacke-dev and "
                         "build with -Dlapacke=enabled");
-    const qni_sampled_settings settings = {isovalue, inside == QN_INSIDE_BELOW, 0, false};
+    const double pi = 3.14159265358979323846;
+    const qni_sampled_settings settings = {
+        .isovalue = isovalue,
+        .inside_below = inside == QN_INSIDE_BELOW,
+        .creases = options->creases != QN_CREASES_OFF && !options->no_features,
+        .least_share = options->creases == QN_CREASES_AUTO ? 0.9 : 0,
+        .crease_cosine = cos((options->crease > 0 ? options->crease : 30) * pi / 180),
+    };
     qn_solid *solid;
     QN_TRY(qni_sampled_create(context, volume, &settings, &solid, error));
     qn_solid_surface_report report;

@@ -29,6 +29,8 @@ int mesh_cms_extract(mesh_job *job) {
     const cli_options *options = job->session->options;
     qn_solid_surface_options surface = options->solid;
     surface.open = options->open;
+    if (!options->creases_given && job->inside == QN_INSIDE_BELOW)
+        surface.creases = QN_CREASES_AUTO;
     job->adaptive = calloc((size_t)job->count, sizeof *job->adaptive);
     if (!job->adaptive) {
         cli_say("not enough memory");
@@ -60,6 +62,10 @@ void mesh_cms_tell(const mesh_job *job, int32_t i) {
         cli_tell(job->session,
                  "  the volume's axes are oblique, or its coordinates large: vertices "
                  "were rounded once more when they were moved there");
+    if (s->creases)
+        cli_tell(
+            job->session,
+            "  the samples are distances: sharp edges were looked for (--creases off leaves them)");
     if (!job->session->options->verbose)
         return;
     cli_tell(job->session,

@@ -62,6 +62,7 @@ enum {
     OPTION_TOLERANCE,
     OPTION_CREASE,
     OPTION_SPLIT_NORMALS,
+    OPTION_CREASES,
     OPTION_BOX,
     OPTION_NO_FEATURES,
     OPTION_UNIFORM,
@@ -186,6 +187,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | REMESH | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
     {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG | REMESH, NULL, "normals that differ by more make a sharp edge (30)"},
     {OPTION_SPLIT_NORMALS, 0, "split-normals", NULL, CSG | REMESH, NULL, "write normals that jump at sharp edges: vertices there are doubled in PLY, OBJ and GLB files"},
+    {OPTION_CREASES, 0, "creases", "auto|on|off", MESH, NULL, "volumes in mode cms: have the samples sharp edges? auto says so of distances: level sets, and floats below 0 inside whose slopes are of unit length"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
     {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG | REMESH, NULL, "plain marching cubes: no sharp edges"},
     {OPTION_UNIFORM, 0, "uniform", NULL, MESH | CSG | REMESH, NULL, "finest cells only"},
@@ -288,6 +290,12 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         break;
     case OPTION_TOPOLOGY:
         options->exact_topology = index == 1;
+        break;
+    case OPTION_CREASES:
+        options->solid.creases = index == 0   ? QN_CREASES_AUTO
+                                 : index == 1 ? QN_CREASES_ON
+                                              : QN_CREASES_OFF;
+        options->creases_given = true;
         break;
     case OPTION_MANIFOLD:
         options->keep_doubled = index == 1;

@@ -58,6 +58,7 @@ typedef struct cli_options {
     bool open, closed_given, keep_doubled, exact_topology;
     cli_inside_choice inside;
     bool cms; /* --mode cms */
+    bool creases_given;
     bool simplify, no_reproject;
     int32_t simplify_passes, relax;
     bool ascii, skip_normals, split_normals;

@@ -162,6 +162,7 @@ static void set_solid_integers(json_t *object, const qn_solid_surface_report *s)
         {"multiple_cells", s->multiple_cells},
         {"moved_loops", s->moved_loops},
         {"nested_cells", s->nested_cells},
+        {"sharp_crossings", s->sharp_crossings},
         {"tubes", s->tubes},
         {"nested_tubes", s->nested_tubes},
         {"lost_tubes", s->lost_tubes},
@@ -184,6 +185,8 @@ json_t *report_solid_surface(const qn_solid_surface_report *s) {
         json_array_append_new(levels, json_integer(s->leaves_by_level[n]));
     json_object_set_new(object, "leaves_by_level", levels);
     json_object_set_new(object, "rounded", json_boolean(s->rounded));
+    json_object_set_new(object, "creases", json_boolean(s->creases));
+    json_object_set_new(object, "distance_share", report_real(s->distance_share));
     json_object_set_new(object, "seconds_sampling", report_real(s->seconds_sampling));
     json_object_set_new(object, "seconds_octree", report_real(s->seconds_octree));
     json_object_set_new(object, "seconds_cms", report_real(s->seconds_cms));

@@ -140,7 +140,10 @@ enum { QN_MIN_DEPTH = 3, QN_MAX_DEPTH = 12 };
 /* Volumes only: have the data sharp edges? Solids always have. */
 typedef enum qn_creases {
     QN_CREASES_OFF, /* densities, scans: whatever bends, bends smoothly */
-    QN_CREASES_ON /* distances: where normals differ by more than the crease angle there is an edge
+    QN_CREASES_ON, /* distances: where normals differ by more than the crease angle there is an edge
+                    */
+    QN_CREASES_AUTO /* on where nine tenths of the surface have slopes of unit length, as distances
+                       have
                    */
 } qn_creases;
 
@@ -198,8 +201,13 @@ typedef struct qn_solid_surface_report {
     int64_t vertices, triangles, crease_edges;
     int64_t output_bytes, scratch_bytes;
     double seconds_sampling, seconds_octree, seconds_cms, seconds_total;
-    int64_t tubes;        /* cells where two loops are one tube (internal ambiguity) */
-    int64_t nested_tubes; /* those of them that took the last resort, nested boxes */
+    bool creases;          /* of a volume: sharp edges were looked for */
+    double distance_share; /* of a volume: of its surface, what has slopes of unit length; looked at
+                            * with QN_CREASES_ON and _AUTO */
+    int64_t sharp_crossings; /* of a volume: crossings found from planes on either side of a crease
+                              * instead of between samples */
+    int64_t tubes;           /* cells where two loops are one tube (internal ambiguity) */
+    int64_t nested_tubes;    /* those of them that took the last resort, nested boxes */
     int64_t lost_tubes; /* tubes for which no way without a crossing was found: left as two discs */
     bool rounded; /* a volume whose matrix is oblique, or whose coordinates are large for its cells:
                    * vertices were rounded to floats again when they were moved to the world */

@@ -3,6 +3,7 @@
  * small boxes, exact crossings of lattice edges; near a box from a block of samples of its own. */
 #include "solid/sampled.h"
 #include "solid/node.h"
+#include "solid/sampled_sharp.h"
 #include "volume/field.h"
 
 #include <string.h>
@@ -27,6 +28,9 @@ typedef struct sampled_solid {
     qni_field field;
     qni_sample_frame frame;
     qni_leaf_tree tree;
+    bool creases;
+    double crease_cosine, distance_share;
+    int64_t sharp_crossings; /* changed with atomic operations */
 } sampled_solid;
 
 static const sampled_solid *as_sampled(const qn_solid *solid) {
@@ -136,6 +140,44 @@ static cell_place locate(const sampled_solid *s, const double point[3]) {
     return place;
 }
 
+/* ---- creases --------------------------------------------------------------------------------- */
+
+static double read_sample(const void *samples, const int32_t point[3]) {
+    const sampled_solid *s = samples;
+    const qni_sample_frame *frame = &s->whole->frame;
+    int32_t at[3];
+    for (int k = 0; k < 3; ++k)
+        at[k] = clamped(point[k], 0, frame->count[k] - 1);
+    return sample(s, at);
+}
+
+static double read_plane(const void *samples, int axis, int64_t point) {
+    return qni_sample_plane(&((const sampled_solid *)samples)->whole->frame, axis, point);
+}
+
+/* How far the interpolant is from a plane in the cell: then there is no crease in it. */
+static bool is_plain(const double c[8], const double step[3]) {
+    const double least = 0.02 * fmin(step[0], fmin(step[1], step[2]));
+    const double bends[4] = {c[0] - c[1] - c[2] + c[3], c[0] - c[1] - c[4] + c[5],
+                             c[0] - c[2] - c[4] + c[6],
+                             c[7] - c[6] - c[5] - c[3] + c[4] + c[2] + c[1] - c[0]};
+    for (int n = 0; n < 4; ++n)
+        if (!(fabs(bends[n]) < least))
+            return false;
+    return true;
+}
+
+/* Does a crease run through the cell? */
+static bool fit_crease(const sampled_solid *s, const int32_t cell[3], const double corner[8],
+                       qni_sharp_fit *fit) {
+    const sampled_solid *whole = s->whole;
+    if (!whole->creases || is_plain(corner, whole->frame.step))
+        return false;
+    const qni_sample_reader reader = {s, read_sample, read_plane};
+    qni_fit_cell(&reader, cell, whole->frame.step, whole->crease_cosine, fit);
+    return fit->crease;
+}
+
 /* ---- values and gradients -------------------------------------------------------------------- */
 
 /* Exact at both ends. */
@@ -162,6 +204,13 @@ static void slopes(const double c[8], const cell_place *place, double gradient[3
     }
 }
 
+static bool is_sample(const cell_place *place) {
+    for (int k = 0; k < 3; ++k)
+        if (place->along[k] != 0 && place->along[k] != 1)
+            return false;
+    return true;
+}
+
 static qn_status sampled_values(const qn_solid *solid, int64_t count, const double (*points)[3],
                                 double *values) {
     const sampled_solid *s = as_sampled(solid);
@@ -169,7 +218,11 @@ static qn_status sampled_values(const qn_solid *solid, int64_t count, const doub
         const cell_place place = locate(s, points[n]);
         double corner[8];
         load_corners(s, place.cell, corner);
-        values[n] = interpolate(corner, place.along);
+        qni_sharp_fit fit;
+        int active;
+        values[n] = !is_sample(&place) && fit_crease(s, place.cell, corner, &fit)
+                        ? qni_fit_value(&fit, points[n], &active)
+                        : interpolate(corner, place.along);
     }
     return QN_OK;
 }
@@ -186,6 +239,12 @@ static qn_status sampled_gradients(const qn_solid *solid, int64_t count, const d
         double corner[8];
         load_corners(s, place.cell, corner);
         slopes(corner, &place, gradients[n]);
+        qni_sharp_fit fit;
+        int active;
+        if (fit_crease(s, place.cell, corner, &fit)) {
+            qni_fit_value(&fit, points[n], &active);
+            memcpy(gradients[n], fit.tangents[active].slope, sizeof gradients[n]);
+        }
     }
     return QN_OK;
 }
@@ -226,9 +285,11 @@ static bool range_by_samples(const sampled_solid *s, const qni_box *box, double 
     for (int z = 0; z < count[2]; ++z)
         for (int y = 0; y < count[1]; ++y)
             for (int x = 0; x < count[0]; ++x) {
-                const double point[1][3] = {{at[0][x], at[1][y], at[2][z]}};
-                double value;
-                sampled_values(&s->base, 1, point, &value);
+                const double point[3] = {at[0][x], at[1][y], at[2][z]};
+                const cell_place place = locate(s, point);
+                double corner[8];
+                load_corners(s, place.cell, corner);
+                const double value = interpolate(corner, place.along);
                 range[0] = fmin(range[0], value);
                 range[1] = fmax(range[1], value);
             }
@@ -260,8 +321,10 @@ static qn_status sampled_bounds(const qn_solid *solid, const qni_box *box, doubl
     const sampled_solid *s = as_sampled(solid);
     if (!range_by_samples(s, box, range))
         range_by_leaves(s, box, range);
-    /* The roundings of three interpolations. */
-    const double slack = 8 * QNI_EPSILON * fmax(fabs(range[0]), fabs(range[1]));
+    /* The roundings of three interpolations; and planes may be so far from what they replace. */
+    const double *step = s->whole->frame.step;
+    const double slack = 8 * QNI_EPSILON * fmax(fabs(range[0]), fabs(range[1])) +
+                         (s->whole->creases ? fmax(step[0], fmax(step[1], step[2])) : 0);
     const double low = range[0] - slack, high = range[1] + slack;
     range[0] = range[0] > 0 ? fmax(low, 5e-324) : low;
     range[1] = range[1] < 0 ? fmin(high, -5e-324) : high;
@@ -319,6 +382,60 @@ static bool is_on_edge(const sampled_solid *s, const double a[3], const double b
 
 /* One crossing at most: the interpolant is linear. The normal is that of the field's central
  * differences, interpolated, which is the same for all cells at the edge. */
+/* Where the planes leave the solid, or come into it, along an edge whose samples lie on both sides;
+ * false when that is not on the edge. */
+static bool cross_planes(const sampled_solid *s, const qni_sharp_fit *fit, const int32_t end[2][3],
+                         int axis, double *along_out, double normal[3]) {
+    const qni_sample_frame *frame = &s->whole->frame;
+    double place[3], low = 0, high = 1;
+    int active = 0;
+    for (int k = 0; k < 3; ++k)
+        place[k] = qni_sample_plane(frame, k, end[0][k]);
+    const double from = place[axis], to = qni_sample_plane(frame, axis, end[1][axis]);
+    const bool before = qni_fit_value(fit, place, &active) < 0;
+    place[axis] = to;
+    if ((qni_fit_value(fit, place, &active) < 0) == before)
+        return false;
+    for (int step = 0; step < 50; ++step) {
+        const double middle = 0.5 * (low + high);
+        place[axis] = mix(from, to, middle);
+        if ((qni_fit_value(fit, place, &active) < 0) == before)
+            low = middle;
+        else
+            high = middle;
+    }
+    memcpy(normal, fit->tangents[active].slope, sizeof fit->tangents[active].slope);
+    *along_out = low;
+    return true;
+}
+
+/* The crossing of an edge in a distance: by the planes where there is a crease nearby; else on the
+ * straight line between its samples, with the mean of the slopes that are known from a smooth side.
+ */
+static bool cross_sharply(const sampled_solid *s, const int32_t end[2][3], int axis,
+                          double *along_out, double normal[3]) {
+    const sampled_solid *whole = s->whole;
+    const qni_sample_reader reader = {s, read_sample, read_plane};
+    qni_sample_tangent tangent[2];
+    const bool known[2] = {qni_tangent_at(&reader, end[0], whole->frame.step, &tangent[0]),
+                           qni_tangent_at(&reader, end[1], whole->frame.step, &tangent[1])};
+    qni_sharp_fit fit;
+    fit.crease = false;
+    if (!known[0] || !known[1] || !qni_tangents_agree(&tangent[0], &tangent[1]))
+        qni_fit_edge(&reader, end[0], axis, whole->frame.step, whole->crease_cosine, &fit);
+    if (fit.crease && cross_planes(s, &fit, end, axis, along_out, normal)) {
+        __atomic_add_fetch((int64_t *)(uintptr_t)&whole->sharp_crossings, 1, __ATOMIC_RELAXED);
+        return true;
+    }
+    if (!known[0] && !known[1])
+        return false;
+    for (int k = 0; k < 3; ++k)
+        normal[k] = !known[0]   ? tangent[1].slope[k]
+                    : !known[1] ? tangent[0].slope[k]
+                                : mix(tangent[0].slope[k], tangent[1].slope[k], *along_out);
+    return true;
+}
+
 static void cross_edge(const sampled_solid *s, int axis, const cell_place *from,
                        const cell_place *to, int32_t capacity, qni_crossing *crossings,
                        int32_t *count_out) {
@@ -332,13 +449,18 @@ static void cross_edge(const sampled_solid *s, int axis, const cell_place *from,
     *count_out = 0;
     if ((a < 0) == (b < 0) || capacity < 1)
         return;
-    const double t = a / (a - b);
-    const double along = mix(from->along[axis], to->along[axis], t);
-    double slope[2][3];
-    for (int n = 0; n < 2; ++n)
-        sample_slopes(s, end[n], slope[n]);
-    for (int k = 0; k < 3; ++k)
-        crossings[0].normal[k] = mix(slope[0][k], slope[1][k], along);
+    double t = a / (a - b), slope[2][3];
+    double along = mix(from->along[axis], to->along[axis], t);
+    const bool whole_edge = fabs(to->along[axis] - from->along[axis]) == 1;
+    if (s->whole->creases && whole_edge &&
+        cross_sharply(s, (const int32_t(*)[3])end, axis, &along, crossings[0].normal)) {
+        t = to->along[axis] > from->along[axis] ? along : 1 - along;
+    } else {
+        for (int n = 0; n < 2; ++n)
+            sample_slopes(s, end[n], slope[n]);
+        for (int k = 0; k < 3; ++k)
+            crossings[0].normal[k] = mix(slope[0][k], slope[1][k], along);
+    }
     double back[3] = {0, 0, 0};
     const bool up = to->along[axis] > from->along[axis];
     back[axis] = (b < 0) == up ? -1 : 1;
@@ -417,8 +539,9 @@ static bool lay_block(const sampled_solid *s, const qni_box *box, sample_block *
         locate_axis(frame, k, box->low[k], &first);
         locate_axis(frame, k, box->high[k], &last);
         const int32_t end = last.cell[k] + (last.along[k] > 0) + 1;
-        const int32_t low = clamped(first.cell[k] - 1, 0, frame->count[k] - 1),
-                      high = clamped(end, 0, frame->count[k] - 1);
+        const int32_t more = s->whole->creases ? 2 : 0; /* for stencils on either side */
+        const int32_t low = clamped(first.cell[k] - 1 - more, 0, frame->count[k] - 1),
+                      high = clamped(end + more, 0, frame->count[k] - 1);
         block->low[k] = low;
         block->size[k] = high - low + 1;
         if (block->size[k] > MOST_BLOCK)
@@ -485,6 +608,29 @@ static qni_box box_of(const sampled_solid *s) {
     return box;
 }
 
+static double measure_distance(const sampled_solid *s) {
+    enum { MOST_LEAVES = 2000 };
+    const qni_leaf_tree *tree = &s->tree;
+    const int64_t stride = tree->mixed_count / MOST_LEAVES + 1;
+    const qni_sample_reader reader = {s, read_sample, read_plane};
+    int64_t crossed = 0, unit = 0;
+    for (int64_t n = 0; n < tree->mixed_count; n += stride)
+        for (int m = 0; m < 512; ++m) {
+            const int32_t point[3] = {8 * tree->mixed[n][0] + (m & 7),
+                                      8 * tree->mixed[n][1] + (m >> 3 & 7),
+                                      8 * tree->mixed[n][2] + (m >> 6)};
+            int32_t next[3] = {point[0] + 1, point[1], point[2]};
+            if (next[0] >= s->frame.count[0] || point[1] >= s->frame.count[1] ||
+                point[2] >= s->frame.count[2] || (sample(s, point) < 0) == (sample(s, next) < 0))
+                continue;
+            qni_sample_tangent tangent;
+            ++crossed;
+            unit += qni_tangent_at(&reader, point, s->frame.step, &tangent) ||
+                    qni_tangent_at(&reader, next, s->frame.step, &tangent);
+        }
+    return crossed ? (double)unit / (double)crossed : 0;
+}
+
 qn_status qni_sampled_create(qn_context *context, const qn_volume *volume,
                              const qni_sampled_settings *settings, qn_solid **solid_out,
                              qn_error *error) {
@@ -505,6 +651,9 @@ qn_status qni_sampled_create(qn_context *context, const qn_volume *volume,
         return status;
     }
     s->base.box = box_of(s);
+    s->distance_share = settings->creases ? measure_distance(s) : 0;
+    s->creases = settings->creases && s->distance_share >= settings->least_share;
+    s->crease_cosine = settings->crease_cosine;
     *solid_out = &s->base;
     return QN_OK;
 }
@@ -517,4 +666,16 @@ const int32_t (*qni_sampled_mixed_leaves(const qn_solid *solid, int64_t *count_o
     const qni_leaf_tree *tree = &as_sampled(solid)->whole->tree;
     *count_out = tree->mixed_count;
     return (const int32_t(*)[3])tree->mixed;
+}
+
+double qni_sampled_distance_share(const qn_solid *solid) {
+    return as_sampled(solid)->whole->distance_share;
+}
+
+bool qni_sampled_has_creases(const qn_solid *solid) {
+    return as_sampled(solid)->whole->creases;
+}
+
+int64_t qni_sampled_sharp_crossings(const qn_solid *solid) {
+    return __atomic_load_n(&as_sampled(solid)->whole->sharp_crossings, __ATOMIC_RELAXED);
 }

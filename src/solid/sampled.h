@@ -33,7 +33,10 @@ typedef struct qni_sampled_settings {
     double isovalue;
     bool inside_below;
     int32_t owner;
-    bool every_leaf; /* bounds know values, not only signs, away from the surface */
+    bool every_leaf;      /* bounds know values, not only signs, away from the surface */
+    bool creases;         /* f is a distance: creases are brought back (sampled_sharp.h) */
+    double least_share;   /* unless less than this share of it looks like a distance */
+    double crease_cosine; /* normals that differ by more make one */
 } qni_sampled_settings;
 
 /* In the frame's coordinates. The volume is borrowed while the solid lives. */
@@ -45,6 +48,12 @@ qn_status qni_sampled_create(qn_context *context, const qn_volume *volume,
 const qni_sample_frame *qni_sampled_frame(const qn_solid *solid);
 /* Leaves (8^3 cells of the frame's points from point 0 on) in which signs differ. */
 const int32_t (*qni_sampled_mixed_leaves(const qn_solid *solid, int64_t *count_out))[3];
+/* How much of the surface, of lattice edges along x that cross it, has slopes of unit length, as
+ * distances have; looked at where creases are wanted. */
+double qni_sampled_distance_share(const qn_solid *solid);
+bool qni_sampled_has_creases(const qn_solid *solid);
+/* Crossings of lattice edges that planes gave, so far. */
+int64_t qni_sampled_sharp_crossings(const qn_solid *solid);
 /* f at the eight corners of a cell; corner x + 2 y + 4 z. False beyond the frame. */
 bool qni_sampled_corners(const qn_solid *solid, const int64_t cell[3], double corner[8]);
 

@@ -23,8 +23,10 @@ qn_status qn_solid_from_volume(qn_context *context, const qn_volume *volume, dou
     QNI_CHECK_OPTIONS(options, "qn_solid_volume_options_init", error);
     if (!volume)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "a solid was asked for without a volume");
-    const qni_sampled_settings settings = {isovalue, inside == QN_INSIDE_BELOW, options->owner,
-                                           true};
+    const qni_sampled_settings settings = {.isovalue = isovalue,
+                                           .inside_below = inside == QN_INSIDE_BELOW,
+                                           .owner = options->owner,
+                                           .every_leaf = true};
     qn_solid *own;
     QN_TRY(qni_sampled_create(context, volume, &settings, &own, error));
     const double(*forward)[4] = (const double(*)[4])qni_sampled_frame(own)->to_world;
