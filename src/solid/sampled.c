@@ -18,7 +18,13 @@ enum {
 typedef struct sample_block {
     int32_t low[3], size[3];
     double *values; /* f: x fastest; NULL: there is no block */
+    /* For each sample, what is known of the cell above it: NULL nothing yet, `no_crease`, or its
+     * fit; published by atomic exchange, so that any thread may find it first. NULL without
+     * creases. */
+    const qni_sharp_fit **fits;
 } sample_block;
+
+static const qni_sharp_fit no_crease = {.count = 0};
 
 typedef struct sampled_solid {
     qn_solid base;
@@ -43,6 +49,12 @@ static int64_t block_samples(const sample_block *block) {
 
 static void destroy(qn_solid *solid) {
     sampled_solid *s = (sampled_solid *)solid;
+    const int64_t cells = block_samples(&s->block);
+    for (int64_t n = 0; s->block.fits && n < cells; ++n)
+        if (s->block.fits[n] != &no_crease)
+            qni_free(solid->context, (void *)(uintptr_t)s->block.fits[n], 1,
+                     sizeof **s->block.fits);
+    qni_free(solid->context, s->block.fits, cells, sizeof *s->block.fits);
     qni_free(solid->context, s->block.values, block_samples(&s->block), sizeof *s->block.values);
     if (s->whole == s)
         qni_leaf_tree_free(solid->context, &s->tree);
@@ -167,15 +179,49 @@ static bool is_plain(const double c[8], const double step[3]) {
     return true;
 }
 
-/* Does a crease run through the cell? */
-static bool fit_crease(const sampled_solid *s, const int32_t cell[3], const double corner[8],
-                       qni_sharp_fit *fit) {
-    const sampled_solid *whole = s->whole;
-    if (!whole->creases || is_plain(corner, whole->frame.step))
-        return false;
+static void make_fit(const sampled_solid *s, const int32_t cell[3], const double corner[8],
+                     qni_sharp_fit *fit) {
     const qni_sample_reader reader = {s, read_sample, read_plane};
-    qni_fit_cell(&reader, cell, whole->frame.step, whole->crease_cosine, fit);
-    return fit->crease;
+    fit->crease = false;
+    if (!is_plain(corner, s->whole->frame.step))
+        qni_fit_cell(&reader, cell, s->whole->frame.step, s->whole->crease_cosine, fit);
+}
+
+/* The fit of a cell of a block, kept once it is made; NULL where there is no crease. `room` is used
+ * when memory is short. */
+static const qni_sharp_fit *kept_fit(const sampled_solid *s, int64_t at, const int32_t cell[3],
+                                     const double corner[8], qni_sharp_fit *room) {
+    const qni_sharp_fit **slot = &s->block.fits[at];
+    const qni_sharp_fit *known = __atomic_load_n(slot, __ATOMIC_ACQUIRE);
+    if (!known) {
+        make_fit(s, cell, corner, room);
+        qni_sharp_fit *kept = NULL;
+        if (room->crease) {
+            kept = qni_alloc(s->base.context, 1, sizeof *kept);
+            if (!kept)
+                return room;
+            *kept = *room;
+        }
+        const qni_sharp_fit *fresh = kept ? kept : &no_crease;
+        if (__atomic_compare_exchange_n(slot, &known, fresh, false, __ATOMIC_ACQ_REL,
+                                        __ATOMIC_ACQUIRE))
+            known = fresh;
+        else
+            qni_free(s->base.context, kept, 1, sizeof *kept);
+    }
+    return known == &no_crease ? NULL : known;
+}
+
+/* What planes make of the cell when a crease runs through it, else NULL. */
+static const qni_sharp_fit *fit_crease(const sampled_solid *s, const int32_t cell[3],
+                                       const double corner[8], qni_sharp_fit *room) {
+    if (!s->whole->creases)
+        return NULL;
+    const double *first = s->block.fits ? in_block(s, cell) : NULL;
+    if (first)
+        return kept_fit(s, first - s->block.values, cell, corner, room);
+    make_fit(s, cell, corner, room);
+    return room->crease ? room : NULL;
 }
 
 /* ---- values and gradients -------------------------------------------------------------------- */
@@ -218,11 +264,11 @@ static qn_status sampled_values(const qn_solid *solid, int64_t count, const doub
         const cell_place place = locate(s, points[n]);
         double corner[8];
         load_corners(s, place.cell, corner);
-        qni_sharp_fit fit;
+        qni_sharp_fit room;
         int active;
-        values[n] = !is_sample(&place) && fit_crease(s, place.cell, corner, &fit)
-                        ? qni_fit_value(&fit, points[n], &active)
-                        : interpolate(corner, place.along);
+        const qni_sharp_fit *fit =
+            is_sample(&place) ? NULL : fit_crease(s, place.cell, corner, &room);
+        values[n] = fit ? qni_fit_value(fit, points[n], &active) : interpolate(corner, place.along);
     }
     return QN_OK;
 }
@@ -239,11 +285,12 @@ static qn_status sampled_gradients(const qn_solid *solid, int64_t count, const d
         double corner[8];
         load_corners(s, place.cell, corner);
         slopes(corner, &place, gradients[n]);
-        qni_sharp_fit fit;
+        qni_sharp_fit room;
         int active;
-        if (fit_crease(s, place.cell, corner, &fit)) {
-            qni_fit_value(&fit, points[n], &active);
-            memcpy(gradients[n], fit.tangents[active].slope, sizeof gradients[n]);
+        const qni_sharp_fit *fit = fit_crease(s, place.cell, corner, &room);
+        if (fit) {
+            qni_fit_value(fit, points[n], &active);
+            memcpy(gradients[n], fit->tangents[active].slope, sizeof gradients[n]);
         }
     }
     return QN_OK;
@@ -579,6 +626,14 @@ static qn_status sampled_restrict(const qn_solid *solid, const qni_box *box, qn_
     part->base.owner = solid->owner;
     block.values = qni_alloc(solid->context, block_samples(&block), sizeof *block.values);
     part->block = block;
+    if (block.values && s->whole->creases) {
+        part->block.fits =
+            qni_alloc_zero(solid->context, block_samples(&block), sizeof *part->block.fits);
+        if (!part->block.fits) {
+            qn_solid_destroy(&part->base);
+            return QN_ERROR_OUT_OF_MEMORY;
+        }
+    }
     if (!block.values) {
         qn_solid_destroy(&part->base);
         return QN_ERROR_OUT_OF_MEMORY;

@@ -51,10 +51,10 @@ bool qni_tangent_at(const qni_sample_reader *reader, const int32_t point[3], con
         double bend;
         read_stencil(reader, point, k, &s);
         tangent->slope[k] = smooth_slope(&s, &bend) / step[k];
-        tangent->place[k] = reader->plane(reader->samples, k, point[k]);
-        square += tangent->slope[k] * tangent->slope[k];
         if (!(bend < most_bend * step[k]))
             return false;
+        tangent->place[k] = reader->plane(reader->samples, k, point[k]);
+        square += tangent->slope[k] * tangent->slope[k];
     }
     tangent->value = reader->at(reader->samples, point);
     return fabs(sqrt(square) - 1) < most_slope_error;
@@ -103,10 +103,10 @@ static bool planes_differ(const qni_sharp_fit *fit, double crease_cosine) {
     return false;
 }
 
-/* The largest misfit of the samples whose planes are believed. */
-static double misfit(const qni_sharp_fit *fit) {
+/* The largest misfit of the samples whose planes are believed; no matter how much above `most`. */
+static double misfit(const qni_sharp_fit *fit, double most) {
     double worst = 0;
-    for (int n = 0; n < fit->count; ++n) {
+    for (int n = 0; n < fit->count && worst < most; ++n) {
         int active;
         worst = fmax(worst, fabs(qni_fit_value(fit, fit->tangents[n].place, &active) -
                                  fit->tangents[n].value));
@@ -121,7 +121,7 @@ static double drop_worst(qni_sharp_fit *fit) {
     for (int n = 0; n < fit->count; ++n) {
         qni_sharp_fit without = *fit;
         without.tangents[n] = without.tangents[--without.count];
-        const double error = misfit(&without);
+        const double error = misfit(&without, best);
         if (error < best) {
             best = error;
             worst = n;
@@ -132,17 +132,18 @@ static double drop_worst(qni_sharp_fit *fit) {
 }
 
 static void settle(qni_sharp_fit *fit, const double step[3], double crease_cosine) {
-    enum { MOST_DROPPED = 4 };
+    enum { MOST_DROPPED = 3 };
     fit->crease = fit->concave = false;
     if (fit->count < 2 || !planes_differ(fit, crease_cosine))
         return;
     const double most = most_misfit * fmin(step[0], fmin(step[1], step[2]));
-    const double convex = misfit(fit);
+    const double hopeless = 8 * most;
+    const double convex = misfit(fit, hopeless);
     fit->concave = true;
-    double error = misfit(fit);
+    double error = misfit(fit, convex);
     fit->concave = error < convex;
     error = fit->concave ? error : convex;
-    for (int n = 0; n < MOST_DROPPED && error >= most && fit->count > 4; ++n)
+    for (int n = 0; n < MOST_DROPPED && error >= most && error < hopeless && fit->count > 4; ++n)
         error = drop_worst(fit);
     fit->crease = error < most && planes_differ(fit, crease_cosine);
 }
@@ -175,7 +176,7 @@ static void fit_corners(const qni_sample_reader *reader, const int32_t cell[3],
 void qni_fit_cell(const qni_sample_reader *reader, const int32_t cell[3], const double step[3],
                   double crease_cosine, qni_sharp_fit *fit) {
     fit_corners(reader, cell, step, crease_cosine, true, fit);
-    if (!fit->crease)
+    if (!fit->crease && fit->count > 8)
         fit_corners(reader, cell, step, crease_cosine, false, fit);
 }
 

@@ -39,7 +39,7 @@ static qn_solid_surface_options any_options(const test_field *field, test_random
     options.open = field->open;
     options.uniform = test_random_range(random, 0, 2) == 0;
     options.no_features = test_random_range(random, 0, 2) == 0;
-    options.creases = test_random_range(random, 0, 2) == 0 ? QN_CREASES_ON : QN_CREASES_OFF;
+    options.creases = test_random_range(random, 0, 7) == 0 ? QN_CREASES_ON : QN_CREASES_OFF;
     options.base = 1 << test_random_range(random, 0, 3);
     options.tolerance = test_random_range(random, 0, 1) ? 0.3 * test_random_unit(random) : 0;
     return options;
