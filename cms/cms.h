@@ -5,6 +5,7 @@
 #define QNI_CMS_CMS_H
 
 #include <qn/surface.h>
+#include "core/cube_hd.h"
 #include "octree/octree.h"
 
 #define QNI_NONE UINT32_MAX
@@ -194,11 +195,23 @@ bool qni_patch_meets_itself(const qni_patch *patch);
 void qni_patch_rebuild_simply(qni_patch *patch, qni_loop *loop, bool fan);
 /* Two loops of a cell that are one tube (tube.c): whether there are, and their triangles. False
  * from the second when no way without a crossing was found. */
+bool qni_patch_find_solid_tube(const qni_patch *patch, int tube[2], double middle[3]);
 bool qni_patch_find_tube(qni_patch *patch, int tube[2], double middle[3]);
 bool qni_patch_make_tube(qni_patch *patch, const int tube[2], const double middle[3],
                          qni_cms_tally *tally);
 qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally);
 const float *qni_patch_place(const qni_patch *patch, int32_t vertex);
+/* The edge of the cell that a crossing lies on, by its two walls. */
+static inline int qni_edge_of_walls(uint8_t walls) {
+    int axis = 0, corner = 0;
+    for (int k = 0; k < 3; ++k) {
+        const int bits = walls >> 2 * k & 3;
+        if (!bits)
+            axis = k;
+        corner |= (bits == 2) << k;
+    }
+    return qni_edge_at(axis, corner);
+}
 /* A float strictly between the walls, as near to the value as can be. */
 static inline float qni_between(double value, float low, float high) {
     const float rounded = (float)value, least = __builtin_nextafterf(low, high),

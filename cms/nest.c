@@ -28,18 +28,6 @@ typedef struct nest_job {
     int32_t corners[QNI_CORNERS];
 } nest_job;
 
-/* A crossing lies on two walls, that is, on one edge of the cell. */
-static int edge_of_walls(uint8_t walls) {
-    int axis = 0, corner = 0;
-    for (int k = 0; k < 3; ++k) {
-        const int bits = walls >> 2 * k & 3;
-        if (!bits)
-            axis = k;
-        corner |= (bits == 2) << k;
-    }
-    return qni_edge_at(axis, corner);
-}
-
 static const qni_loop_vertex *vertex_of(const nest_job *job, const qni_loop *loop, int32_t n) {
     return &job->patch->vertices[loop->first + n % loop->count];
 }
@@ -48,7 +36,7 @@ static int crossings_on_edge(const nest_job *job, const qni_loop *loop, int edge
     int count = 0;
     for (int32_t n = 0; n < loop->count; ++n)
         count += vertex_of(job, loop, n)->crossing &&
-                 edge_of_walls(vertex_of(job, loop, n)->walls) == edge;
+                 qni_edge_of_walls(vertex_of(job, loop, n)->walls) == edge;
     return count;
 }
 
@@ -71,11 +59,11 @@ static void find_lid(nest_job *job, int index) {
 static bool lies_in_lid(const nest_job *job, int inner, int outer) {
     const qni_loop *loop = &job->patch->loops[outer];
     const qni_loop_vertex *vertex = vertex_of(job, &job->patch->loops[inner], 0);
-    const int edge = edge_of_walls(vertex->walls), axis = qni_edge_axis(edge);
+    const int edge = qni_edge_of_walls(vertex->walls), axis = qni_edge_axis(edge);
     bool within = job->in_lid[outer][qni_edge_start_corner(edge)];
     for (int32_t n = 0; n < loop->count; ++n) {
         const qni_loop_vertex *other = vertex_of(job, loop, n);
-        within ^= other->crossing && edge_of_walls(other->walls) == edge &&
+        within ^= other->crossing && qni_edge_of_walls(other->walls) == edge &&
                   other->place[axis] < vertex->place[axis];
     }
     return within;
@@ -163,7 +151,7 @@ typedef struct wall_path {
 } wall_path;
 
 static bool lies_on_edge(const qni_loop_vertex *vertex, int edge) {
-    return vertex->crossing && edge_of_walls(vertex->walls) == edge;
+    return vertex->crossing && qni_edge_of_walls(vertex->walls) == edge;
 }
 
 static const qni_loop_vertex *vertex_of_node(const nest_job *job, const wall_node *node) {
@@ -349,7 +337,7 @@ static bool add_lid_on_wall(nest_job *job, int index, int second, int face, bool
 static bool lid_is_inside(const nest_job *job, int index) {
     const qni_loop *loop = &job->patch->loops[index];
     const qni_loop_vertex *vertex = vertex_of(job, loop, 0);
-    const int edge = edge_of_walls(vertex->walls), axis = qni_edge_axis(edge);
+    const int edge = qni_edge_of_walls(vertex->walls), axis = qni_edge_axis(edge);
     bool before =
         job->in_lid[index]
                    [qni_edge_start_corner(edge)]; /* just before the crossing, along the edge */

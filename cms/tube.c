@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* Internal ambiguity [CMS05 3.4]: two loops of a finest cell that are one tube.
  *
- * Of a trilinear f the eight corners tell, exactly (face/tunnel_hd.h). The tube is a strip between
+ * Of a trilinear f the eight corners tell, exactly (face/tunnel_hd.h); of solids, samples and
+ * crossings inside the cell (tube_solid.c). The tube is a strip between
  * the two loops, the one of least area by dynamic programming; no edge of it lies in a wall. Where
  * there is none such, it joins copies of the loops drawn towards the tube's middle. All is tested
  * on exact predicates, the tube against itself and what else is in the cell; the next best
@@ -56,21 +57,11 @@ static bool load_values(const qni_patch *patch, double d[8]) {
     return true;
 }
 
-static int edge_of_vertex(const qni_loop_vertex *vertex) {
-    int axis = 0, corner = 0;
-    for (int k = 0; k < 3; ++k) {
-        const int bits = vertex->walls >> 2 * k & 3;
-        if (!bits)
-            axis = k;
-        corner |= (bits == 2) << k;
-    }
-    return qni_edge_at(axis, corner);
-}
-
 /* The two regions that meet at a loop. */
 static int label_of(const qni_patch *patch, const qni_loop *loop, const double d[8],
                     const int region[8]) {
-    const int edge = edge_of_vertex(&patch->vertices[loop->first]); /* loops begin at crossings */
+    const int edge =
+        qni_edge_of_walls(patch->vertices[loop->first].walls); /* loops begin at crossings */
     const int from = qni_edge_start_corner(edge), to = from | 1 << qni_edge_axis(edge);
     return d[from] >= 0 ? 8 * region[from] + region[to] : 8 * region[to] + region[from];
 }
@@ -79,7 +70,9 @@ bool qni_patch_find_tube(qni_patch *patch, int tube[2], double middle[3]) {
     double d[8];
     qni_edge_place stretch[4][2];
     int region[8], side, pairs = 0;
-    if (patch->loop_count < 2 || !load_values(patch, d))
+    if (!patch->settings->scalar)
+        return qni_patch_find_solid_tube(patch, tube, middle);
+    if (!load_values(patch, d))
         return false;
     const int joining = qni_joining_edges(d, stretch);
     if (!joining)
