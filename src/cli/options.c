@@ -511,7 +511,7 @@ static bool is_choice(const cli_option_row *row) {
     return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
            row->id == OPTION_TOPOLOGY || row->id == OPTION_TRANSFORM ||
            row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_SIGN ||
-           row->id == OPTION_DEVICE;
+           row->id == OPTION_DEVICE || row->id == OPTION_CREASES;
 }
 
 static int apply(cli_options *options, const cli_option_row *row, const char *text) {
