@@ -3,7 +3,7 @@
  * small boxes, exact crossings of lattice edges; near a box from a block of samples of its own. */
 #include "solid/sampled.h"
 #include "solid/node.h"
-#include "solid/sampled_sharp.h"
+#include "solid/sampled_parts.h"
 #include "volume/field.h"
 
 #include <string.h>
@@ -14,30 +14,7 @@ enum {
     BOX_POINTS = MOST_PLANES + 2
 };
 
-/* Samples of a part of the field, so that restricted solids need not ask the volume. */
-typedef struct sample_block {
-    int32_t low[3], size[3];
-    double *values; /* f: x fastest; NULL: there is no block */
-    /* For each sample, what is known of the cell above it: NULL nothing yet, `no_crease`, or its
-     * fit; published by atomic exchange, so that any thread may find it first. NULL without
-     * creases. */
-    const qni_sharp_fit **fits;
-} sample_block;
-
 static const qni_sharp_fit no_crease = {.count = 0};
-
-typedef struct sampled_solid {
-    qn_solid base;
-    const struct sampled_solid *whole; /* itself, or what this one was restricted from */
-    sample_block block;
-    /* of the whole one */
-    qni_field field;
-    qni_sample_frame frame;
-    qni_leaf_tree tree;
-    bool creases;
-    double crease_cosine, distance_share;
-    int64_t sharp_crossings; /* changed with atomic operations */
-} sampled_solid;
 
 static const sampled_solid *as_sampled(const qn_solid *solid) {
     return (const sampled_solid *)solid;
@@ -167,23 +144,11 @@ static double read_plane(const void *samples, int axis, int64_t point) {
     return qni_sample_plane(&((const sampled_solid *)samples)->whole->frame, axis, point);
 }
 
-/* How far the interpolant is from a plane in the cell: then there is no crease in it. */
-static bool is_plain(const double c[8], const double step[3]) {
-    const double least = 0.02 * fmin(step[0], fmin(step[1], step[2]));
-    const double bends[4] = {c[0] - c[1] - c[2] + c[3], c[0] - c[1] - c[4] + c[5],
-                             c[0] - c[2] - c[4] + c[6],
-                             c[7] - c[6] - c[5] - c[3] + c[4] + c[2] + c[1] - c[0]};
-    for (int n = 0; n < 4; ++n)
-        if (!(fabs(bends[n]) < least))
-            return false;
-    return true;
-}
-
 static void make_fit(const sampled_solid *s, const int32_t cell[3], const double corner[8],
                      qni_sharp_fit *fit) {
     const qni_sample_reader reader = {s, read_sample, read_plane};
     fit->crease = false;
-    if (!is_plain(corner, s->whole->frame.step))
+    if (!qni_cell_is_plain(corner, s->whole->frame.step))
         qni_fit_cell(&reader, cell, s->whole->frame.step, s->whole->crease_cosine, fit);
 }
 
@@ -225,11 +190,6 @@ static const qni_sharp_fit *fit_crease(const sampled_solid *s, const int32_t cel
 }
 
 /* ---- values and gradients -------------------------------------------------------------------- */
-
-/* Exact at both ends. */
-static double mix(double a, double b, double t) {
-    return (1 - t) * a + t * b;
-}
 
 static double interpolate(const double c[8], const double t[3]) {
     const double low = mix(mix(c[0], c[1], t[0]), mix(c[2], c[3], t[0]), t[1]);

@@ -17,6 +17,18 @@
  * 1, and how far samples may be from what the planes say. */
 static const double most_bend = 0.05, most_slope_error = 0.1, most_misfit = 0.06;
 
+/* How far the interpolant is from a plane in the cell: then there is no crease in it. */
+bool qni_cell_is_plain(const double c[8], const double step[3]) {
+    const double least = 0.02 * fmin(step[0], fmin(step[1], step[2]));
+    const double bends[4] = {c[0] - c[1] - c[2] + c[3], c[0] - c[1] - c[4] + c[5],
+                             c[0] - c[2] - c[4] + c[6],
+                             c[7] - c[6] - c[5] - c[3] + c[4] + c[2] + c[1] - c[0]};
+    for (int n = 0; n < 4; ++n)
+        if (!(fabs(bends[n]) < least))
+            return false;
+    return true;
+}
+
 typedef struct stencil {
     double f[5]; /* at -2 .. 2 */
 } stencil;

@@ -12,6 +12,9 @@ typedef struct qni_sample_reader {
     double (*plane)(const void *samples, int axis, int64_t point);
 } qni_sample_reader;
 
+/* Is the interpolant of these corners nearly a plane? Then there is no crease in the cell. */
+bool qni_cell_is_plain(const double c[8], const double step[3]);
+
 /* A plane that a sample's neighbourhood on one side fits: f(p) = value + slope . (p - place). */
 typedef struct qni_sample_tangent {
     double place[3], value, slope[3];
