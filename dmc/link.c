@@ -271,6 +271,28 @@ static int first_of(unsigned edges) {
     return __builtin_ctz(edges);
 }
 
+/* The edges with their ends on different sides. */
+static unsigned edges_of_case(int case_index) {
+    unsigned edges = 0;
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        const int start = qni_edge_start_corner(edge), end = start | 1 << qni_edge_axis(edge);
+        edges |= (unsigned)((case_index >> start ^ case_index >> end) & 1) << edge;
+    }
+    return edges;
+}
+
+/* Quads are numbered by leaf first, so in a cell whose edges end in other leaves too (`at_end`) a
+ * polygon's first edge need not have its lowest quad. */
+static uint32_t lowest_start(const qni_link_tables *tables, const uint32_t *quad, unsigned edges,
+                             int case_index, bool at_end) {
+    uint32_t lowest = start_at(tables, quad, first_of(edges), case_index);
+    for (unsigned rest = at_end ? edges & (edges - 1) : 0; rest; rest &= rest - 1) {
+        const uint32_t h = start_at(tables, quad, first_of(rest), case_index);
+        lowest = h < lowest ? h : lowest;
+    }
+    return lowest;
+}
+
 /* A polygon's quads, 0 when some of its edges have none. */
 static uint8_t valence_at_border(const qni_link_tables *tables, const uint32_t *quad,
                                  unsigned edges) {
@@ -282,12 +304,12 @@ static uint8_t valence_at_border(const qni_link_tables *tables, const uint32_t *
 
 /* The vertices of a cell with several polygons, or at the border; how many. */
 static int link_polygons(const qni_link_leaf *job, const uint32_t *quad, int case_index, int entry,
-                         uint32_t *halfedge, uint8_t *valence) {
+                         bool at_end, uint32_t *halfedge, uint8_t *valence) {
     const int polygons = qni_entry_polygons(entry);
     for (int n = 0; n < polygons; ++n) {
         const unsigned edges = qni_entry_edges(entry, n);
         halfedge[n] = job->at_border ? start_at_border(job->tables, quad, entry, n, case_index)
-                                     : start_at(job->tables, quad, first_of(edges), case_index);
+                                     : lowest_start(job->tables, quad, edges, case_index, at_end);
         if (valence)
             valence[n] = job->at_border ? valence_at_border(job->tables, quad, edges)
                                         : (uint8_t)__builtin_popcount(edges);
@@ -306,16 +328,19 @@ static void link_vertices(const qni_link_leaf *job, const uint32_t *quads,
             const int case_index = qni_case_of_cell(job->signs, x, y, z);
             const uint32_t *quad = quads + place_of(x, y, z);
             const bool is_multi = multi < multi_end && multi->cell == bit + 64 * z;
+            const bool at_end = x == 7 || y == 7 || z == 7;
             if (is_multi || job->at_border) {
                 const int entry =
                     is_multi ? multi->entry : entry_of_single(job, x, y, z, case_index);
-                vertex += link_polygons(job, quad, case_index, entry, vertex_halfedges + vertex,
-                                        valences ? valences + vertex : NULL);
+                vertex +=
+                    link_polygons(job, quad, case_index, entry, at_end, vertex_halfedges + vertex,
+                                  valences ? valences + vertex : NULL);
                 multi += is_multi;
                 continue;
             }
-            vertex_halfedges[vertex] =
-                start_at(tables, quad, tables->first_edge[case_index], case_index);
+            const unsigned edges =
+                at_end ? edges_of_case(case_index) : 1u << tables->first_edge[case_index];
+            vertex_halfedges[vertex] = lowest_start(tables, quad, edges, case_index, at_end);
             if (valences)
                 valences[vertex] = tables->crossed_edges[case_index];
             ++vertex;
