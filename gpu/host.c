@@ -25,6 +25,8 @@ const char *qni_gpu_cannot(const qn_volume *volume, const qn_surface_options *op
         return "exact topology is the processor's";
     if (options->open && !options->keep_doubled)
         return "open surfaces whose rim is repaired are the processor's";
+    if (options->simplify) /* it goes by colours that only the CPU's emission gives */
+        return "simplification is the processor's";
     if (options->count_only)
         return "counting alone is the processor's";
     return NULL;

@@ -182,7 +182,7 @@ static int parity(qni_device *device, int64_t count, uint64_t seed) {
         options.keep_doubled = options.open || below(3) == 0;
         options.halfedges = below(3) > 0;
         options.skip_normals = below(8) == 0;
-        options.simplify = n % 10 == 9;
+        options.relax = n % 10 == 9;
         must(qn_volume_create(context, &v.grid, NULL, NULL, &in, &error), "volume", &error);
         must(qni_dmc_surface(context, in, v.iso, &options, mesh, report, &error), "CPU", &error);
         must(qni_gpu_host_surface(context, device, in, v.iso, &options, mesh + 1, report + 1,
