@@ -62,6 +62,7 @@ enum {
     OPTION_TOLERANCE,
     OPTION_CREASE,
     OPTION_SPLIT_NORMALS,
+    OPTION_CURVATURE,
     OPTION_CREASES,
     OPTION_BOX,
     OPTION_NO_FEATURES,
@@ -187,6 +188,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_TOLERANCE, 0, "tol", "LENGTH", MESH | CSG | REMESH | COMPARE, NULL, "how far coarse triangles may be from the fine samples (a twentieth of a finest cell); of compare: the largest distance that is good"},
     {OPTION_CREASE, 0, "crease", "DEGREES", MESH | CSG | REMESH, NULL, "normals that differ by more make a sharp edge (30)"},
     {OPTION_SPLIT_NORMALS, 0, "split-normals", NULL, CSG | REMESH, NULL, "write normals that jump at sharp edges: vertices there are doubled in PLY, OBJ and GLB files"},
+    {OPTION_CURVATURE, 0, "curvature", NULL, MESH | CSG | REMESH | CONVERT, NULL, "write mean and Gaussian curvature at vertices: mean_curvature and gaussian_curvature in PLY files"},
     {OPTION_CREASES, 0, "creases", "auto|on|off", MESH, NULL, "volumes in mode cms: have the samples sharp edges? auto says so of distances: level sets, and floats below 0 inside whose slopes are of unit length"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
     {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG | REMESH, NULL, "plain marching cubes: no sharp edges"},
@@ -361,6 +363,9 @@ static void apply_flag(cli_options *options, const cli_option_row *row) {
         break;
     case OPTION_NO_FEATURES:
         options->solid.no_features = true;
+        break;
+    case OPTION_CURVATURE:
+        options->curvature = true;
         break;
     case OPTION_SPLIT_NORMALS:
         options->split_normals = true;

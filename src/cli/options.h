@@ -61,7 +61,7 @@ typedef struct cli_options {
     bool creases_given;
     bool simplify, no_reproject;
     int32_t simplify_passes, relax;
-    bool ascii, skip_normals, split_normals;
+    bool ascii, skip_normals, split_normals, curvature;
     char from[16], to[8];
     qn_volume_read_options read;
     bool dry_run, check, json;

@@ -69,6 +69,10 @@ int output_check(const cli_options *options) {
         return cli_usage("%s: cannot tell the format: end the name in .ply, .obj, .stl, .off or "
                          ".glb, or add --to",
                          options->to[0] ? options->to : options->output);
+    if (options->curvature && strcasecmp(format, "ply") != 0)
+        return cli_usage("--curvature: only PLY files hold it: end the name in .ply");
+    if (options->curvature && options->split_normals)
+        return cli_usage("--curvature and --split-normals do not go together: choose one");
     if (options->isovalue_count > 1 && !strstr(options->output, ISO_MARK))
         return cli_usage("%d iso-values go into as many files: put {iso} into the name, for "
                          "example -o 'mesh_{iso}.ply'",
@@ -107,8 +111,10 @@ int64_t output_estimate_bytes(const cli_options *options, int64_t vertices, int6
     if (strcasecmp(format, "off") == 0)
         return 32 * vertices + 34 * quads + 26 * triangles;
     if (options->ascii)
-        return 400 + 30 * (vertices + normals) + 34 * quads + 26 * triangles;
-    return 400 + 12 * (vertices + normals) + 17 * quads + 13 * triangles;
+        return 400 + 30 * (vertices + normals) + (options->curvature ? 20 * vertices : 0) +
+               34 * quads + 26 * triangles;
+    return 400 + 12 * (vertices + normals) + (options->curvature ? 8 * vertices : 0) + 17 * quads +
+           13 * triangles;
 }
 
 /* Copies a file to stdout. */
@@ -156,6 +162,7 @@ int output_write_mesh(cli_session *session, const qn_mesh *mesh, const char *pat
     write.ascii = options->ascii;
     write.skip_normals = options->skip_normals;
     write.split_normals = options->split_normals;
+    write.curvature = options->curvature;
     *bytes_out = -1;
     struct stat info;
     bool to_stdout = strcmp(path, "-") == 0;

@@ -29,6 +29,7 @@ typedef struct qni_write_job {
     qn_context *context;
     qn_mesh_view view;
     bool ascii;
+    float *curvature[2]; /* of each vertex, mean and Gaussian; NULL when not wanted */
 } qni_write_job;
 
 /* Each writes into an open output and leaves failures there; the caller commits. The ones that can

@@ -57,26 +57,60 @@ static qn_status write_split(qn_context *context, const qn_mesh *mesh, const cha
     return status;
 }
 
+static qn_status write_job(const qni_write_job *job, qni_mesh_format format, const char *path,
+                           qn_error *error) {
+    if (format == QNI_STL)
+        QN_TRY(qni_check_stl(job, error));
+    if (format == QNI_GLB)
+        QN_TRY(qni_check_glb(job, error));
+
+    static void (*const writers[])(const qni_write_job *, qni_output *) = {
+        qni_write_ply, qni_write_obj, qni_write_stl, qni_write_off, qni_write_glb};
+    qni_output output;
+    QN_TRY(qni_output_open(&output, job->context, path, error));
+    writers[format](job, &output);
+    return qni_output_commit(&output, error);
+}
+
+static qn_status write_curvature(const qn_mesh *mesh, qni_write_job *job, qni_mesh_format format,
+                                 const char *path, qn_error *error) {
+    if (format != QNI_PLY)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "'%.200s': only PLY files hold curvature: end the name in .ply, or leave "
+                        "the curvature out",
+                        path);
+    const int64_t count = job->view.vertex_count;
+    float *both = qni_alloc(job->context, 2 * count + 1, sizeof *both);
+    if (!both)
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "no memory for the curvature of %lld vertices: leave it out",
+                        (long long)count);
+    job->curvature[0] = both;
+    job->curvature[1] = both + count;
+    qn_status status =
+        qn_mesh_get_curvature(job->context, mesh, job->curvature[0], job->curvature[1], error);
+    if (status == QN_OK)
+        status = write_job(job, format, path, error);
+    qni_free(job->context, both, 2 * count + 1, sizeof *both);
+    return status;
+}
+
 qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
                         const qn_mesh_write_options *options, qn_error *error) {
     QNI_CHECK_OPTIONS(options, "qn_mesh_write_options_init", error);
     qni_mesh_format format;
     QN_TRY(choose_format(path, options, &format, error));
+    if (options && options->split_normals && options->curvature)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "normals split at creases and curvature do not go together: choose one");
     if (options && options->split_normals && !options->skip_normals && format != QNI_STL &&
         format != QNI_OFF)
         return write_split(context, mesh, path, options, error);
-    qni_write_job job = {context, qn_mesh_get_view(mesh), options && options->ascii};
+    qni_write_job job = {
+        .context = context, .view = qn_mesh_get_view(mesh), .ascii = options && options->ascii};
     if (options && options->skip_normals)
         job.view.normals = NULL;
-    if (format == QNI_STL)
-        QN_TRY(qni_check_stl(&job, error));
-    if (format == QNI_GLB)
-        QN_TRY(qni_check_glb(&job, error));
-
-    static void (*const writers[])(const qni_write_job *, qni_output *) = {
-        qni_write_ply, qni_write_obj, qni_write_stl, qni_write_off, qni_write_glb};
-    qni_output output;
-    QN_TRY(qni_output_open(&output, context, path, error));
-    writers[format](&job, &output);
-    return qni_output_commit(&output, error);
+    if (options && options->curvature)
+        return write_curvature(mesh, &job, format, path, error);
+    return write_job(&job, format, path, error);
 }

@@ -24,13 +24,15 @@ static void write_header(const qni_write_job *job, qni_output *output) {
                           job->ascii ? "ascii" : "binary_little_endian", qn_version());
     length += put_comment(at + length, "space", view->space);
     length += put_comment(at + length, "unit", view->unit);
-    length +=
-        snprintf(at + length, 1024 - (size_t)length,
-                 "element vertex %lld\nproperty float x\nproperty float y\nproperty float z\n%s"
-                 "element face %lld\nproperty list uchar uint vertex_indices\nend_header\n",
-                 (long long)view->vertex_count,
-                 view->normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
-                 (long long)(view->quad_count + view->triangle_count));
+    length += snprintf(
+        at + length, 1024 - (size_t)length,
+        "element vertex %lld\nproperty float x\nproperty float y\nproperty float z\n%s%s"
+        "element face %lld\nproperty list uchar uint vertex_indices\nend_header\n",
+        (long long)view->vertex_count,
+        view->normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
+        job->curvature[0] ? "property float mean_curvature\nproperty float gaussian_curvature\n"
+                          : "",
+        (long long)(view->quad_count + view->triangle_count));
     qni_output_advance(output, (size_t)length);
 }
 
@@ -44,16 +46,28 @@ static char *put_vector(char *to, const float *vector, bool ascii) {
     return to;
 }
 
+static char *put_curvature(char *to, const qni_write_job *job, int64_t vertex) {
+    for (int k = 0; k < 2; ++k) {
+        const float value = job->curvature[k][vertex];
+        to = job->ascii ? qni_format_float(to, value) : qni_put_f32(to, value);
+        if (job->ascii)
+            *to++ = ' ';
+    }
+    return to;
+}
+
 static void write_vertices(const qni_write_job *job, qni_output *output) {
     const qn_mesh_view *view = &job->view;
     for (int64_t i = 0; i < view->vertex_count; ++i) {
         if (i % QNI_PROGRESS_STEP == 0 &&
             qni_output_stopped(output, 0.5 * (double)i / (double)view->vertex_count))
             return;
-        char *start = qni_output_reserve(output, 6 * QNI_NUMBER_LENGTH);
+        char *start = qni_output_reserve(output, 8 * QNI_NUMBER_LENGTH);
         char *to = put_vector(start, view->positions + 3 * i, job->ascii);
         if (view->normals)
             to = put_vector(to, view->normals + 3 * i, job->ascii);
+        if (job->curvature[0])
+            to = put_curvature(to, job, i);
         if (job->ascii)
             to[-1] = '\n';
         qni_output_advance(output, (size_t)(to - start));

@@ -232,6 +232,9 @@ typedef struct qn_mesh_write_options {
     bool split_normals; /* PLY, OBJ, GLB: normals as of qn_mesh_split_normals(), vertices along
                            creases doubled in the file; the other formats have no normals at
                            vertices and are written as ever */
+    bool curvature;     /* PLY only: mean and Gaussian curvature of each vertex as of
+                           qn_mesh_get_curvature(), the properties mean_curvature and
+                           gaussian_curvature; not together with split_normals */
 } qn_mesh_write_options;
 
 static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {

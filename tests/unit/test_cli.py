@@ -224,6 +224,25 @@ class Mesh(Case):
         first = next(row for row in rows if re.match(rb"[0-9.e+-]+ [0-9.e+-]+ [0-9.e+-]*\.", row))
         self.assertGreater(float(first.split()[0]), 100)
 
+    def test_curvature_of_a_sphere(self):
+        self.mesh("c.ply", "--curvature", "--ascii")
+        head, rows = self.read("c.ply").split(b"end_header\n")
+        self.assertIn(b"property float mean_curvature\nproperty float gaussian_curvature\n", head)
+        vertices = [[float(word) for word in row.split()] for row in rows.split(b"\n")]
+        vertices = [row for row in vertices if len(row) == 8]
+        means = sorted(abs(row[6]) for row in vertices)
+        radius = sum(sum((row[a] - 11.5) ** 2 for a in range(3)) ** 0.5
+                     for row in vertices) / len(vertices)
+        self.assertLess(abs(means[len(means) // 2] * radius - 1), 0.05)
+        gaussian = sorted(row[7] for row in vertices)
+        self.assertLess(abs(gaussian[len(gaussian) // 2] * radius ** 2 - 1), 0.1)
+        self.mesh("b.ply", "--curvature")
+        plain = self.mesh("a.ply")
+        added = b"property float mean_curvature\nproperty float gaussian_curvature\n"
+        self.assertEqual(len(self.read("b.ply")),
+                         len(self.read(plain)) + 8 * len(vertices) + len(added))
+        self.quoin("mesh", "sphere.npy", "--iso", "0", "-o", "c.stl", "--curvature", code=2)
+
     def test_dry_run_writes_nothing(self):
         quads = ply_header(self.read(self.mesh()))[1]["face"]
         before = self.left()
