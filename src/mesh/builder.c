@@ -51,6 +51,9 @@ void qni_builder_free(qni_builder *builder) {
     array_free(context, &builder->quads, QUAD);
     array_free(context, &builder->triangles, TRIANGLE);
     array_free(context, &builder->polygons, sizeof(uint32_t));
+    array_free(context, &builder->triangle_owners, sizeof(int32_t));
+    array_free(context, &builder->quad_owners, sizeof(int32_t));
+    array_free(context, &builder->polygon_owners, sizeof(int32_t));
 }
 
 bool qni_builder_reserve(qni_builder *builder, int64_t vertices, bool with_normals) {
@@ -80,6 +83,27 @@ static void note_indices(qni_builder *builder, const uint32_t *corners, int64_t 
         }
 }
 
+/* Owners up to face number `count`: 0 for those not noted yet. */
+static bool fill_owners(qn_context *context, qni_array *owners, int64_t count) {
+    int64_t more = count - owners->count;
+    if (more <= 0)
+        return true;
+    int32_t *room = array_extend(context, owners, more, sizeof *room);
+    if (room)
+        memset(room, 0, (size_t)more * sizeof *room);
+    return room != NULL;
+}
+
+/* Nothing is kept until the first owner that is not 0. */
+static bool note_owner(qni_builder *builder, qni_array *owners, int64_t count) {
+    if (builder->owner == 0)
+        return true;
+    if (!fill_owners(builder->context, owners, count))
+        return false;
+    ((int32_t *)owners->items)[count - 1] = builder->owner;
+    return true;
+}
+
 bool qni_builder_add_face(qni_builder *builder, const uint32_t *corners, int64_t count,
                           int64_t where) {
     if (count < 3) {
@@ -99,9 +123,14 @@ bool qni_builder_add_face(qni_builder *builder, const uint32_t *corners, int64_t
         if (room)
             *room++ = (uint32_t)count;
     }
-    if (room)
-        memcpy(room, corners, (size_t)count * sizeof *room);
-    return room != NULL;
+    if (!room)
+        return false;
+    memcpy(room, corners, (size_t)count * sizeof *room);
+    if (count == 3)
+        return note_owner(builder, &builder->triangle_owners, builder->triangles.count);
+    if (count == 4)
+        return note_owner(builder, &builder->quad_owners, builder->quads.count);
+    return note_owner(builder, &builder->polygon_owners, ++builder->polygon_count);
 }
 
 /* Splitting waits until all vertices are known: a file may name them before it lists them. */
@@ -116,11 +145,23 @@ static bool split_polygons(qni_builder *builder) {
         return true;
     int64_t scratch_bytes = qni_polygon_scratch_bytes(largest);
     void *scratch = qni_alloc(builder->context, scratch_bytes, 1);
-    uint32_t *to =
-        scratch ? array_extend(builder->context, &builder->triangles, triangles, TRIANGLE) : NULL;
+    int64_t from = builder->triangles.count, face = 0;
+    bool owned = builder->polygon_owners.count > 0;
+    bool good =
+        !owned ||
+        (fill_owners(builder->context, &builder->triangle_owners, from) &&
+         fill_owners(builder->context, &builder->polygon_owners, builder->polygon_count) &&
+         array_extend(builder->context, &builder->triangle_owners, triangles, sizeof(int32_t)));
+    uint32_t *to = scratch && good
+                       ? array_extend(builder->context, &builder->triangles, triangles, TRIANGLE)
+                       : NULL;
     for (int64_t i = 0; to && i < builder->polygons.count; i += items[i] + INT64_C(1)) {
         qni_polygon_split(builder->positions.items, items + i + 1, items[i], scratch, to);
         to += 3 * (items[i] - INT64_C(2));
+        int32_t *owners = builder->triangle_owners.items;
+        for (int64_t n = 2; owned && n < (int64_t)items[i]; ++n)
+            owners[from++] = ((const int32_t *)builder->polygon_owners.items)[face];
+        ++face;
     }
     qni_free(builder->context, scratch, scratch_bytes, 1);
     return to != NULL;
@@ -157,6 +198,16 @@ static qn_status check_indices(const qni_builder *builder, const char *path, con
     return QN_OK;
 }
 
+/* One for each face, or none at all. */
+static bool settle_owners(qni_builder *builder) {
+    qn_context *context = builder->context;
+    array_free(context, &builder->polygon_owners, sizeof(int32_t));
+    if (builder->triangle_owners.count == 0 && builder->quad_owners.count == 0)
+        return true;
+    return fill_owners(context, &builder->triangle_owners, builder->triangles.count) &&
+           fill_owners(context, &builder->quad_owners, builder->quads.count);
+}
+
 static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mesh_out,
                            qn_error *error) {
     qn_context *context = builder->context;
@@ -167,6 +218,9 @@ static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mes
         return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
                         "not enough memory for the polygons of '%.200s'", path);
     array_free(context, &builder->polygons, sizeof(uint32_t));
+    if (!settle_owners(builder))
+        return qni_fail(error, QN_ERROR_OUT_OF_MEMORY,
+                        "not enough memory for the owners of '%.200s'", path);
     int64_t quads = builder->quads.count, triangles = builder->triangles.count;
     QN_TRY(qni_mesh_alloc(context, 0, 0, 0, false, mesh_out, error));
     qn_mesh *mesh = *mesh_out;
@@ -177,6 +231,10 @@ static qn_status make_mesh(qni_builder *builder, const char *path, qn_mesh **mes
     mesh->quad_count = mesh->quads ? quads : 0;
     good = good && hand_over(context, &builder->triangles, TRIANGLE, &mesh->triangles);
     mesh->triangle_count = mesh->triangles ? triangles : 0;
+    good = good &&
+           hand_over(context, &builder->triangle_owners, sizeof(int32_t), &mesh->triangle_owners);
+    good = good && hand_over(context, &builder->quad_owners, sizeof(int32_t), &mesh->quad_owners);
+    mesh->quad_owner_count = mesh->quad_owners ? quads : 0;
     if (!good) {
         qn_mesh_destroy(mesh);
         *mesh_out = NULL;

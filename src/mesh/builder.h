@@ -13,11 +13,15 @@ typedef struct qni_array {
 
 typedef struct qni_builder {
     qn_context *context;
-    qni_array positions;   /* float[3] */
-    qni_array normals;     /* float[3]; as many as positions, or none */
-    qni_array quads;       /* uint32_t[4] */
-    qni_array triangles;   /* uint32_t[3] */
-    qni_array polygons;    /* uint32_t: a count, then as many corners, for faces of five and more */
+    qni_array positions; /* float[3] */
+    qni_array normals;   /* float[3]; as many as positions, or none */
+    qni_array quads;     /* uint32_t[4] */
+    qni_array triangles; /* uint32_t[3] */
+    qni_array polygons;  /* uint32_t: a count, then as many corners, for faces of five and more */
+    qni_array triangle_owners, quad_owners, polygon_owners; /* int32_t; fewer than the faces: the
+                                                               rest has owner 0 */
+    int64_t polygon_count;
+    int32_t owner;         /* of the faces that are added next */
     int64_t skipped_faces; /* of fewer than three corners */
     uint32_t largest_index;
     int64_t largest_where; /* the line or face that names it */

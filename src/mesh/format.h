@@ -47,6 +47,7 @@ qn_status qni_read_ply(const qni_content *content, qni_builder *builder, qn_erro
 qn_status qni_read_obj(const qni_content *content, qni_builder *builder, qn_error *error);
 qn_status qni_read_stl(const qni_content *content, qni_builder *builder, qn_error *error);
 qn_status qni_read_off(const qni_content *content, qni_builder *builder, qn_error *error);
+qn_status qni_read_glb(const qni_content *content, qni_builder *builder, qn_error *error);
 /* Whether content is binary STL: its length is what its triangle count asks for. */
 bool qni_is_binary_stl(const qni_content *content);
 

@@ -75,7 +75,8 @@ static qn_status choose_format(const qni_content *content, const char *format,
         *format_out = qni_mesh_format_named(format, strlen(format));
         if (*format_out == QNI_NO_FORMAT)
             return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                            "'%.16s' is no mesh format to read: take ply, obj, stl or off", format);
+                            "'%.16s' is no mesh format to read: take ply, obj, stl, off or glb",
+                            format);
     } else {
         *format_out = qni_mesh_format_of_path(path, true);
         if (*format_out == QNI_NO_FORMAT)
@@ -85,12 +86,8 @@ static qn_status choose_format(const qni_content *content, const char *format,
         return qni_fail(
             error, QN_ERROR_INPUT,
             "cannot read '%.200s': neither its name nor its first bytes are those of a PLY, OBJ, "
-            "STL or OFF file; give the format",
+            "STL, OFF or GLB file; give the format",
             path);
-    if (*format_out == QNI_GLB)
-        return qni_fail(
-            error, QN_ERROR_INPUT,
-            "cannot read '%.200s': GLB files can be written but not read; convert it to PLY", path);
     return QN_OK;
 }
 
@@ -100,7 +97,7 @@ static qn_status read_content(const qni_content *content, const char *format, qn
     QN_TRY(choose_format(content, format, &chosen, error));
     *place_out = chosen == QNI_OBJ || chosen == QNI_OFF ? "line" : "face";
     static qn_status (*const readers[])(const qni_content *, qni_builder *, qn_error *) = {
-        qni_read_ply, qni_read_obj, qni_read_stl, qni_read_off};
+        qni_read_ply, qni_read_obj, qni_read_stl, qni_read_off, qni_read_glb};
     return readers[chosen](content, builder, error);
 }
 

@@ -6,13 +6,22 @@
 #include "mesh/format.h"
 #include "mesh/text.h"
 
+/* A name, by its hash: two names with one hash would be one owner. */
+struct named {
+    uint64_t hash; /* 0: free */
+    int32_t owner; /* from 1, as they first appear */
+};
+
 typedef struct reader {
     const qni_content *content;
     qni_builder *builder;
     qni_text text;
     uint32_t *corners; /* of the face being read */
     int64_t capacity;
-    bool strange; /* a line of no known kind was seen */
+    bool strange;        /* a line of no known kind was seen */
+    bool materials;      /* some were named: groups count no more */
+    struct named *names; /* open addressing, at most half full; of materials and groups */
+    int64_t name_count, name_slots;
 } reader;
 
 /* Blanks, and a backslash with the line end behind it. */
@@ -90,10 +99,51 @@ static qn_status read_face(reader *r, qn_error *error) {
                : qni_fail_read_memory(r->content, error);
 }
 
+static struct named *find_name(struct named *names, int64_t slots, uint64_t hash) {
+    uint64_t at = hash & (uint64_t)(slots - 1);
+    while (names[at].hash && names[at].hash != hash)
+        at = (at + 1) & (uint64_t)(slots - 1);
+    return &names[at];
+}
+
+static bool grow_names(reader *r) {
+    int64_t slots = r->name_slots ? 2 * r->name_slots : 64;
+    struct named *names = qni_alloc_zero(r->content->context, slots, sizeof *names);
+    if (!names)
+        return false;
+    for (int64_t n = 0; n < r->name_slots; ++n)
+        if (r->names[n].hash)
+            *find_name(names, slots, r->names[n].hash) = r->names[n];
+    qni_free(r->content->context, r->names, r->name_slots, sizeof *names);
+    r->names = names;
+    r->name_slots = slots;
+    return true;
+}
+
+/* "usemtl steel", "g wheel": faces from here on have this owner. Groups count in files without
+ * materials only. */
+static qn_status read_owner(reader *r, bool material, qn_error *error) {
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    skip_blanks(&r->text);
+    for (const char *at = r->text.at; at < r->text.end && !qni_is_line_end(*at); ++at)
+        hash = (hash ^ (unsigned char)*at) * UINT64_C(0x100000001b3);
+    hash += hash == 0;
+    if (r->materials && !material)
+        return QN_OK;
+    r->materials = material;
+    if (2 * (r->name_count + 1) > r->name_slots && !grow_names(r))
+        return qni_fail_read_memory(r->content, error);
+    struct named *name = find_name(r->names, r->name_slots, hash);
+    if (!name->hash)
+        *name = (struct named){hash, (int32_t)(++r->name_count & INT32_MAX)};
+    r->builder->owner = name->owner;
+    return QN_OK;
+}
+
 static bool take_other(qni_text *text) {
-    static const char *const words[] = {
-        "vn",     "vt",     "vp",     "l",     "p",   "s",      "g",   "o",    "mg",   "usemtl",
-        "mtllib", "usemap", "maplib", "bevel", "lod", "cstype", "deg", "curv", "surf", "end"};
+    static const char *const words[] = {"vn",  "vt",     "vp",     "l",      "p",      "s",
+                                        "o",   "mg",     "mtllib", "usemap", "maplib", "bevel",
+                                        "lod", "cstype", "deg",    "curv",   "surf",   "end"};
     for (size_t i = 0; i < sizeof words / sizeof *words; ++i)
         if (qni_take_word(text, words[i]))
             return true;
@@ -121,6 +171,10 @@ static qn_status read_line(reader *r, qn_error *error) {
         return read_vertex(r, error);
     if (qni_take_word(&r->text, "f") || qni_take_word(&r->text, "fo"))
         return read_face(r, error);
+    if (qni_take_word(&r->text, "usemtl"))
+        return read_owner(r, true, error);
+    if (qni_take_word(&r->text, "g"))
+        return read_owner(r, false, error);
     r->strange = r->strange || !take_other(&r->text);
     return QN_OK;
 }
@@ -142,8 +196,9 @@ static qn_status read_lines(reader *r, qn_error *error) {
 }
 
 qn_status qni_read_obj(const qni_content *content, qni_builder *builder, qn_error *error) {
-    reader r = {content, builder, qni_text_of(content), NULL, 0, false};
+    reader r = {.content = content, .builder = builder, .text = qni_text_of(content)};
     qn_status status = read_lines(&r, error);
     qni_free(content->context, r.corners, r.capacity, sizeof *r.corners);
+    qni_free(content->context, r.names, r.name_slots, sizeof *r.names);
     return status;
 }

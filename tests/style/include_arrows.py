@@ -29,7 +29,7 @@ ALLOWED = {
     "qn": set(),
 }
 # What else a module's files may include (headers of other projects).
-LIBRARIES = {"jansson.h": {"cli"}, "png.h": {"view"}, "zlib.h": {"volume", "mesh"}, "omp.h": {"core"},
+LIBRARIES = {"jansson.h": {"cli", "mesh"}, "png.h": {"view"}, "zlib.h": {"volume", "mesh"}, "omp.h": {"core"},
              "openvdb/openvdb.h": {"volume"}, "nanovdb/PNanoVDB.h": {"volume"}, "blosc.h": {"volume"}}
 FOLDERS = ("src", "octree", "cms", "dmc", "gpu")
 SUFFIXES = (".c", ".h", ".cpp", ".cu", ".cuh")
