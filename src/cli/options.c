@@ -109,13 +109,13 @@ const cli_verb_row cli_verbs[VERB_COUNT] = {
      "quoin csg bracket.csg -o bracket.stl\n"
      "quoin csg bracket.csg --depth 9 --tol 0.01 --smooth-primitives -o bracket.ply", 1, 1},
     {"remesh", "MODEL -o MESH [options]", "make the surface of a polygon model anew, sharp edges kept, whatever is broken in it",
-     "Reads PLY, OBJ, STL and OFF: triangles, quads and polygons. Parts that overlap become one, holes are closed, faces that are turned "
+     "Reads PLY, OBJ, STL, OFF and GLB: triangles, quads and polygons. Parts that overlap become one, holes are closed, faces that are turned "
      "the wrong way are turned. The mesh is closed, 2-manifold and free of self-intersections.",
      "quoin remesh scan.stl -o clean.stl\n"
      "quoin remesh part.obj --voxel 0.2 --crease 20 -o part.ply --check\n"
      "quoin remesh broken.ply --dim 256 --sign winding -o whole.ply --report broken.json", 1, 1},
     {"sdf", "MODEL -o VOLUME [options]", "the signed distances to a polygon model, as a sparse or dense volume",
-     "Reads PLY, OBJ, STL and OFF (and .csg and .vm, whose values are distances only where their function is one); writes .vdb (the narrow band alone), .npy and .nii (its box). Distances are exact to the nearest triangle, negative inside.",
+     "Reads PLY, OBJ, STL, OFF and GLB (and .csg and .vm, whose values are distances only where their function is one); writes .vdb (the narrow band alone), .npy and .nii (its box). Distances are exact to the nearest triangle, negative inside.",
      "quoin sdf part.stl --voxel 0.5 -o part.vdb\nquoin sdf part.stl --dim 200 --offset 1.5 --shell 0.8 -o wall.nii", 1, 1},
     {"info", "VOLUME|MESH [options]", "say what a file holds, and which iso-values are worth a try", NULL,
      "quoin info ct.nii.gz\n"
@@ -196,7 +196,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
-     "nifti, nrrd, metaimage, npy, inr, mitsuba, vdb, nvdb or raw; ply, obj, stl or off. By default the name and the first bytes tell; the input - (stdin) needs it."},
+     "nifti, nrrd, metaimage, npy, inr, mitsuba, vdb, nvdb or raw; ply, obj, stl, off or glb. By default the name and the first bytes tell; the input - (stdin) needs it."},
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
      "which placement of a NIfTI file to use; auto takes the one with the higher code"},
     {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},

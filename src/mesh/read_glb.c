@@ -214,8 +214,10 @@ static qn_status read_node(reader *r, int64_t index, const double above[3][4], i
     const json_t *node = item(r, "nodes", index);
     if (!node)
         return damaged(r, "the scene names a node that is not there; the file is damaged");
-    if (depth > DEEPEST || r->corners_left-- <= 0)
+    if (depth > DEEPEST)
         return damaged(r, "its nodes are nested too deeply, or in a circle");
+    if (r->corners_left-- <= 0)
+        return damaged(r, "its instances come to more than its size allows");
     double own[3][4], matrix[3][4];
     local_matrix(node, own);
     for (int i = 0; i < 3; ++i)

@@ -75,8 +75,10 @@ typedef struct form {
 } form;
 
 static const form forms[] = {
-    {"m.ply", false, true, true}, {"text.PLY", true, true, true}, {"m.obj", false, false, true},
-    {"m.Off", false, true, true}, {"m.stl", false, false, false}, {"text.stl", true, false, false},
+    {"m.ply", false, true, true},   {"text.PLY", true, true, true},
+    {"m.obj", false, false, true},  {"m.Off", false, true, true},
+    {"m.stl", false, false, false}, {"text.stl", true, false, false},
+    {"m.glb", false, false, false},
 };
 enum { FORMS = sizeof forms / sizeof *forms };
 
@@ -491,7 +493,8 @@ static void damaged_text_is_refused(void **state) {
         {"a.stl", "solid\nfacet normal 0 0 1\nouter loop\nendloop\n", "line 4"},
         {"a.stl", "solid\nnonsense\n", "'nonsense'"},
         {"a.stl", "short", "binary STL"},
-        {"a.glb", "glTF....", "cannot read"},
+        {"a.glb", "glTF....", "no GLB file of version 2"},
+        {"a.glb", "glTF\2...", "no GLB file of version 2"},
         {"a.xyz", "1 2 3\n", "give the format"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i)
