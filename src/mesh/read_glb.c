@@ -291,8 +291,8 @@ qn_status qni_read_glb(const qni_content *content, qni_builder *builder, qn_erro
     reader r = {.content = content, .builder = builder, .error = error};
     r.weld.builder = builder;
     r.corners_left = 1000000 + 16 * content->size;
-    const char *text;
-    int64_t size;
+    const char *text = NULL;
+    int64_t size = 0;
     QN_TRY(find_chunks(&r, &text, &size));
     json_error_t at;
     json_t *root = json_loadb(text, (size_t)size, 0, &at);
