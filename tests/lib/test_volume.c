@@ -124,14 +124,28 @@ qn_surface_options test_field_options(const test_field *field) {
     return options;
 }
 
-qn_mesh *test_field_surface(qn_context *context, const test_field *field,
-                            qn_surface_report *report) {
+qn_mesh *test_field_surface_with(qn_context *context, const test_field *field,
+                                 const qn_surface_options *options, qn_surface_report *report) {
     qn_volume *volume = test_field_volume(context, field);
-    qn_surface_options options = test_field_options(field);
     qn_mesh *mesh;
     qn_error error;
-    if (qn_surface(context, volume, &options, &mesh, report, &error) != QN_OK)
+    if (qn_surface(context, volume, options, &mesh, report, &error) != QN_OK)
         fail_msg("%s: %s", field->name, error.message);
     qn_volume_destroy(volume);
     return mesh;
+}
+
+qn_mesh *test_field_surface(qn_context *context, const test_field *field,
+                            qn_surface_report *report) {
+    const qn_surface_options options = test_field_options(field);
+    return test_field_surface_with(context, field, &options, report);
+}
+
+qn_mesh_report test_mesh_topology(qn_context *context, const qn_mesh *mesh) {
+    qn_mesh_check_options options;
+    qn_mesh_report report;
+    qn_mesh_check_options_init(&options);
+    options.skip_intersections = true;
+    assert_int_equal(qn_mesh_check(context, mesh, &options, &report, NULL), QN_OK);
+    return report;
 }

@@ -48,6 +48,11 @@ qn_volume *test_field_volume(qn_context *context, const test_field *field);
 /* Runs qn_surface() on it; the test fails with the error's sentence when that does. */
 qn_mesh *test_field_surface(qn_context *context, const test_field *field,
                             qn_surface_report *report);
+/* The same with other options. */
+qn_mesh *test_field_surface_with(qn_context *context, const test_field *field,
+                                 const qn_surface_options *options, qn_surface_report *report);
+/* qn_mesh_check() without the search for intersections. */
+qn_mesh_report test_mesh_topology(qn_context *context, const qn_mesh *mesh);
 /* The options that the field asks for; they borrow field->iso. */
 qn_surface_options test_field_options(const test_field *field);
 

@@ -7,26 +7,11 @@
 
 static qn_mesh *surface(qn_context *context, const test_field *field, qn_topology topology,
                         bool halfedges, qn_surface_report *report) {
-    qn_volume *volume = test_field_volume(context, field);
     qn_surface_options options = test_field_options(field);
-    qn_mesh *mesh;
-    qn_error error;
     options.keep_doubled = false;
     options.topology = topology;
     options.halfedges = halfedges;
-    if (qn_surface(context, volume, &options, &mesh, report, &error) != QN_OK)
-        fail_msg("%s: %s", field->name, error.message);
-    qn_volume_destroy(volume);
-    return mesh;
-}
-
-static qn_mesh_report check(qn_context *context, const qn_mesh *mesh) {
-    qn_mesh_check_options options;
-    qn_mesh_report report;
-    qn_mesh_check_options_init(&options);
-    options.skip_intersections = true;
-    assert_int_equal(qn_mesh_check(context, mesh, &options, &report, NULL), QN_OK);
-    return report;
+    return test_field_surface_with(context, field, &options, report);
 }
 
 /* ---- claims ---------------------------------------------------------------------------------- */
@@ -39,7 +24,8 @@ static void compare_grid(qn_context *context, const test_field *field, agreement
     qn_surface_report report;
     qn_mesh *exact = surface(context, field, QN_TOPOLOGY_EXACT, false, &report);
     qn_mesh *discs = surface(context, field, QN_TOPOLOGY_DISCS, false, NULL);
-    const qn_mesh_report of_exact = check(context, exact), of_discs = check(context, discs);
+    const qn_mesh_report of_exact = test_mesh_topology(context, exact),
+                         of_discs = test_mesh_topology(context, discs);
     bool late;
     const test_topology found = test_trilinear_topology(field, &of_exact, &late);
     sum->late += late;
@@ -117,7 +103,8 @@ static void stays_a_manifold(void **state) {
         qn_mesh *discs = surface(context, &field, QN_TOPOLOGY_DISCS, false, &plain);
         qn_mesh *mesh = surface(context, &field, QN_TOPOLOGY_EXACT, true, &report);
         qn_mesh *again = surface(other, &field, QN_TOPOLOGY_EXACT, false, NULL);
-        const qn_mesh_report found = check(context, mesh), before = check(context, discs);
+        const qn_mesh_report found = test_mesh_topology(context, mesh),
+                             before = test_mesh_topology(context, discs);
         if (found.nonmanifold_edges || found.duplicate_faces || found.orientation_conflicts ||
             found.unused_vertices != before.unused_vertices ||
             found.nonmanifold_vertices != before.nonmanifold_vertices ||

@@ -10,25 +10,10 @@
 
 static qn_mesh *surface(qn_context *context, const test_field *field, bool keep_doubled,
                         bool halfedges, qn_surface_report *report) {
-    qn_volume *volume = test_field_volume(context, field);
     qn_surface_options options = test_field_options(field);
-    qn_mesh *mesh;
-    qn_error error;
     options.keep_doubled = keep_doubled;
     options.halfedges = halfedges;
-    if (qn_surface(context, volume, &options, &mesh, report, &error) != QN_OK)
-        fail_msg("%s: %s", field->name, error.message);
-    qn_volume_destroy(volume);
-    return mesh;
-}
-
-static qn_mesh_report check(qn_context *context, const qn_mesh *mesh) {
-    qn_mesh_check_options options;
-    qn_mesh_report report;
-    qn_mesh_check_options_init(&options);
-    options.skip_intersections = true;
-    assert_int_equal(qn_mesh_check(context, mesh, &options, &report, NULL), QN_OK);
-    return report;
+    return test_field_surface_with(context, field, &options, report);
 }
 
 static void compare_halfedges(qn_context *context, const test_field *field, qn_mesh *mesh) {
@@ -66,7 +51,8 @@ static void closed_meshes_are_manifold(void **state) {
         field.open = false;
         qn_mesh *raw = surface(context, &field, true, false, &raw_report);
         qn_mesh *mesh = surface(context, &field, false, true, &report);
-        const qn_mesh_report found = check(context, mesh), before = check(context, raw);
+        const qn_mesh_report found = test_mesh_topology(context, mesh),
+                             before = test_mesh_topology(context, raw);
         assert_int_equal(report.doubled_edges, raw_report.doubled_edges);
         assert_int_equal(report.repaired_edges, report.doubled_edges);
         assert_int_equal(before.nonmanifold_edges, report.doubled_edges);
@@ -105,7 +91,7 @@ static void open_meshes_are_manifold(void **state) {
         qn_surface_report report;
         field.open = true;
         qn_mesh *mesh = surface(context, &field, false, true, &report);
-        const qn_mesh_report found = check(context, mesh);
+        const qn_mesh_report found = test_mesh_topology(context, mesh);
         if (found.nonmanifold_edges || found.nonmanifold_vertices || found.duplicate_faces ||
             found.orientation_conflicts)
             fail_msg("%s, number %lld: %lld non-manifold edges, %lld vertices, %lld duplicate "

@@ -11,15 +11,6 @@
 #include <math.h>
 #include <stdatomic.h>
 
-static qn_mesh_report check(qn_context *context, const qn_mesh *mesh) {
-    qn_mesh_check_options options;
-    qn_mesh_check_options_init(&options);
-    options.skip_intersections = true;
-    qn_mesh_report report;
-    assert_int_equal(qn_mesh_check(context, mesh, &options, &report, NULL), QN_OK);
-    return report;
-}
-
 static void expect_same(const char *name, const char *what, int64_t before, int64_t after) {
     if (before != after)
         fail_msg("%s: %s were %lld and are %lld", name, what, (long long)before, (long long)after);
@@ -137,14 +128,14 @@ static void topology_and_surface_stay(void **state) {
         options.skip_normals = i % 5 == 4;
         options.keep_doubled = i % 4 == 3;
         qn_mesh *mesh = surface(context, &field, &options, NULL);
-        const qn_mesh_report before = check(context, mesh);
+        const qn_mesh_report before = test_mesh_topology(context, mesh);
         qn_mesh_destroy(mesh);
         options.simplify = true;
         options.relax = i % 3 == 2 ? 2 : 0;
         options.simplify_passes = i % 7 == 6 ? -1 : 0;
         qn_surface_report report;
         mesh = surface(context, &field, &options, &report);
-        const qn_mesh_report after = check(context, mesh);
+        const qn_mesh_report after = test_mesh_topology(context, mesh);
         expect_same_surface(field.name, &before, &after);
         expect_same(field.name, "quads less those removed",
                     before.quad_count - report.merged_quads - report.shrunk_quads,
@@ -271,7 +262,7 @@ static void figures_of_the_paper_are_reached(void **state) {
                (long long)row->n, (long long)report.merged_quads, (long long)report.shrunk_quads);
         qn_mesh_destroy(mesh);
         mesh = figure_mesh(context, volume, row, 0, 0, &report);
-        const qn_mesh_report plain = check(context, mesh);
+        const qn_mesh_report plain = test_mesh_topology(context, mesh);
         qn_mesh_destroy(mesh);
         printf("; %lld (%lld) + %lld in %d passes, irregular %.2f %% (at most %.2f), quality %.4f "
                "(%.2f)",
@@ -280,7 +271,7 @@ static void figures_of_the_paper_are_reached(void **state) {
                100 * plain.irregular_vertices, row->irregular, plain.quad_quality_mean,
                row->quality);
         mesh = figure_mesh(context, volume, row, 0, 3, &report);
-        const qn_mesh_report relaxed = check(context, mesh);
+        const qn_mesh_report relaxed = test_mesh_topology(context, mesh);
         qn_mesh_destroy(mesh);
         printf(", relaxed %.4f (%.2f), least %.3f after %.3f\n", relaxed.quad_quality_mean,
                row->relaxed, relaxed.quad_quality_min, plain.quad_quality_min);
@@ -314,7 +305,7 @@ static void a_rod_keeps_its_length(void **state) {
     qn_surface_options_init(&options);
     options.simplify = true;
     qn_mesh *mesh = surface(context, &field, &options, NULL);
-    const qn_mesh_report report = check(context, mesh);
+    const qn_mesh_report report = test_mesh_topology(context, mesh);
     assert_true(report.bounds[1][2] > 36.25 && report.manifold && report.closed);
     assert_int_equal(report.euler_characteristic, 2);
     qn_mesh_destroy(mesh);
