@@ -381,7 +381,7 @@ static qni_box bounds_of(const qn_solid *solid, const qn_solid_surface_options *
 }
 
 /* What faces and cells ask: the solid that the lattice's edges were cut to, ending at the bounds.
- */
+ * The box of an expression is where to look: it goes on beyond, as the lattice's edges saw. */
 static qn_status cut_at_bounds(const qni_hermite *hermite, qn_solid **cut_out, qn_error *error) {
     qn_context *context = hermite->context;
     const qni_box *bounds = &hermite->lattice.bounds;
@@ -390,8 +390,9 @@ static qn_status cut_at_bounds(const qni_hermite *hermite, qn_solid **cut_out, q
     if (status == QN_OK)
         status = qn_solid_with_owner(context, box, -1, &cap, error);
     if (status == QN_OK) {
-        qn_solid *parts[2] = {qni_solid_retain(hermite->solid), cap};
-        status = qn_solid_intersection(context, 2, parts, cut_out, error);
+        qn_solid *parts[2] = {qni_solid_boundless(context, hermite->solid), cap};
+        status = parts[0] ? qn_solid_intersection(context, 2, parts, cut_out, error)
+                          : qni_fail_memory(error, "a surface");
         qn_solid_destroy(parts[0]);
     }
     qn_solid_destroy(cap);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* A solid and the volume it borrows: the volume goes when the solid does. Restricted solids keep
- * the whole. */
+ * the whole. Or a solid whose box says where to look, not where it ends. */
 #include "solid/primitives.h"
 
 typedef struct keeper {
@@ -56,6 +56,7 @@ static qn_status keeper_restrict(const qn_solid *solid, const qni_box *box, qn_s
     if (!local)
         return QN_ERROR_OUT_OF_MEMORY;
     local->whole = qni_solid_retain(k->whole ? k->whole : solid);
+    local->base.box = solid->box;
     *solid_out = &local->base;
     return QN_OK;
 }
@@ -85,5 +86,13 @@ qn_solid *qni_keeper_create(qn_context *context, const qn_solid *part, qn_volume
     if (!k)
         return NULL;
     k->volume = volume;
+    return &k->base;
+}
+
+qn_solid *qni_solid_boundless(qn_context *context, const qn_solid *part) {
+    keeper *k = create(context, part);
+    if (!k)
+        return NULL;
+    k->base.box = qni_box_everything();
     return &k->base;
 }

@@ -76,4 +76,8 @@ qn_status qni_find_single(const qn_solid *solid, const double a[3], const double
 
 qn_solid *qni_solid_retain(const qn_solid *solid);
 
+/* The same solid with an infinite box: for one whose box says where to look, not where it ends.
+ * NULL when memory runs out. */
+qn_solid *qni_solid_boundless(qn_context *context, const qn_solid *part);
+
 #endif
