@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
-/* The one C++ file: OpenVDB's trees turned into plain arrays and back (see vdb_shim.h). OpenVDB's
- * leaves are z fastest, Quoin's x fastest. */
+/* OpenVDB's trees turned into plain arrays and back (see vdb_shim.h). OpenVDB's leaves are z
+ * fastest, Quoin's x fastest. */
 #include "volume/vdb_shim.h"
 #include "volume/leaf_order.h"
 
-/* OpenVDB's templates keep what they register in static members, which must be the same ones here
- * and in libopenvdb.so: so they may not be hidden, whatever the compiler was told. */
-#pragma GCC visibility push(default)
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
-#pragma GCC visibility pop
+#include <tbb/global_control.h>
 
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <new>
 #include <type_traits>
@@ -21,7 +19,8 @@
 struct qni_vdb {
     std::unique_ptr<openvdb::io::File> file;
     std::vector<openvdb::Name> names;
-    openvdb::GridBase::Ptr grid;
+    openvdb::GridBase::Ptr grid;  /* read */
+    openvdb::FloatGrid::Ptr made; /* to be written */
 };
 
 namespace {
@@ -51,6 +50,39 @@ template <class Work> qni_vdb_result guarded(qni_vdb_message *message, Work work
     }
     return QNI_VDB_BAD_FILE;
 }
+
+/* OpenVDB reads on behind the end of a file without a word. So where the file says that its grids
+ * end is held against its length, and a table of grids that is cut short throws. */
+struct length_check : openvdb::io::Archive {
+    void run(const char *path) {
+        std::ifstream stream(path, std::ios::binary);
+        stream.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
+        stream.seekg(0, std::ios::end);
+        const int64_t length = stream.tellg();
+        stream.seekg(0);
+        auto metadata = std::make_shared<openvdb::io::StreamMetadata>();
+        openvdb::io::setStreamMetadataPtr(stream, metadata, false);
+        readHeader(stream);
+        setFormatVersion(stream);
+        setLibraryVersion(stream);
+        setDataCompression(stream);
+        openvdb::MetaMap().readMeta(stream);
+        if (!inputHasGridOffsets())
+            return;
+        for (int32_t left = readGridCount(stream); left > 0; --left) {
+            openvdb::io::GridDescriptor grid;
+            grid.read(stream);
+            if (grid.getEndPos() < 0 || grid.getEndPos() > length)
+                throw std::runtime_error("it is cut short: its grids need " +
+                                         std::to_string(grid.getEndPos()) + " bytes, it has " +
+                                         std::to_string(length));
+            grid.seekToEnd(stream);
+        }
+    }
+    openvdb::io::Archive::Ptr copy() const override {
+        return nullptr;
+    }
+};
 
 /* ---- what a grid is -------------------------------------------------------------------------- */
 
@@ -189,27 +221,30 @@ template <class Leaf> void turn_bits(const Leaf &leaf, uint8_t *out) {
         out[(n >> 6) + (n & 0x38) + 64 * (n & 7)] = leaf.getValue(n) ? 1 : 0;
 }
 
-template <class To, class Tree>
-void take(Tree &tree, int32_t (*origins)[3], void *values, uint64_t (*masks)[8],
-          qn_sparse_tile *tiles) {
+void check_taken(bool taken) {
+    if (!taken)
+        throw std::runtime_error("nobody takes what was read");
+}
+
+template <class To, class Tree> void take(Tree &tree, const qni_vdb_sink &sink) {
     using leaf_type = typename Tree::LeafNodeType;
-    int64_t leaf_count = 0, tile_count = 0;
     visit(
         tree,
         [&](leaf_type &leaf) {
-            for (int a = 0; a < 3; ++a)
-                origins[leaf_count][a] = leaf.origin()[a];
-            turn_mask(leaf, masks[leaf_count]);
-            To *out = static_cast<To *>(values) + 512 * leaf_count;
+            const int32_t origin[3] = {leaf.origin().x(), leaf.origin().y(), leaf.origin().z()};
+            uint64_t mask[8];
+            To values[512];
+            turn_mask(leaf, mask);
             if constexpr (std::is_same<typename Tree::ValueType, bool>::value)
-                turn_bits(leaf, out);
+                turn_bits(leaf, values);
             else
-                turn_values(leaf, out);
-            ++leaf_count;
+                turn_values(leaf, values);
+            check_taken(sink.leaf(sink.user, origin, mask, values, sizeof(To)));
         },
         [&](const openvdb::Coord &at, int32_t edge, int32_t length, auto value, bool active) {
-            tiles[tile_count++] = qn_sparse_tile{
+            const qn_sparse_tile tile = {
                 {at.x(), at.y(), at.z()}, {edge, edge, length}, stored<double>(value), active};
+            check_taken(sink.tile(sink.user, &tile));
         });
 }
 
@@ -233,31 +268,29 @@ template <class Work> void with_tree(openvdb::GridBase &grid, Work work) {
 
 /* ---- from arrays to a tree ------------------------------------------------------------------- */
 
-void fill_box(openvdb::FloatTree &tree, const qn_sparse_tile &tile, bool active) {
+void fill_box(openvdb::FloatTree &tree, const qn_sparse_tile &tile) {
     const openvdb::Coord low(tile.origin[0], tile.origin[1], tile.origin[2]);
     const openvdb::Coord size(tile.size[0], tile.size[1], tile.size[2]);
     tree.sparseFill(openvdb::CoordBBox(low, low + size.offsetBy(-1)),
-                    static_cast<float>(tile.value), active);
+                    static_cast<float>(tile.value), tile.active);
 }
 
-void add_leaf(openvdb::FloatTree &tree, const qn_sparse_grid &grid, int64_t n) {
-    const int32_t *origin = grid.origins[n];
-    const float *from = static_cast<const float *>(grid.values) + 512 * n;
+void add_leaf(openvdb::FloatTree &tree, const int32_t origin[3], const uint64_t *mask,
+              const float *from) {
     auto *leaf = new openvdb::FloatTree::LeafNodeType(
-        openvdb::Coord(origin[0], origin[1], origin[2]), tree.background(), !grid.masks);
+        openvdb::Coord(origin[0], origin[1], origin[2]), tree.background(), !mask);
     tree.addLeaf(leaf); /* which owns it from here on */
     float *to = leaf->buffer().data();
     for (openvdb::Index x = 0; x < 8; ++x)
         for (openvdb::Index y = 0; y < 8; ++y)
             for (openvdb::Index z = 0; z < 8; ++z) {
                 to[64 * x + 8 * y + z] = from[x + 8 * y + 64 * z];
-                if (grid.masks && grid.masks[n][z] >> (x + 8 * y) & 1)
+                if (mask && mask[z] >> (x + 8 * y) & 1)
                     leaf->setValueOn(64 * x + 8 * y + z);
             }
 }
 
-openvdb::FloatGrid::Ptr grid_of(const qn_sparse_grid &from, const qn_sparse_tile *fill,
-                                int64_t fill_count) {
+openvdb::FloatGrid::Ptr empty_grid(const qn_sparse_grid &from) {
     auto grid = openvdb::FloatGrid::create(static_cast<float>(from.background));
     openvdb::Mat4d rows;
     for (int r = 0; r < 4; ++r)
@@ -269,13 +302,6 @@ openvdb::FloatGrid::Ptr grid_of(const qn_sparse_grid &from, const qn_sparse_tile
     grid->setGridClass(from.kind == QN_SPARSE_LEVEL_SET ? openvdb::GRID_LEVEL_SET
                        : from.kind == QN_SPARSE_FOG     ? openvdb::GRID_FOG_VOLUME
                                                         : openvdb::GRID_UNKNOWN);
-    for (int64_t n = 0; n < fill_count; ++n)
-        fill_box(grid->tree(), fill[n], false);
-    for (int64_t n = 0; n < from.tile_count; ++n)
-        fill_box(grid->tree(), from.tiles[n], from.tiles[n].active);
-    for (int64_t n = 0; n < from.leaf_count; ++n)
-        add_leaf(grid->tree(), from, n);
-    openvdb::tools::pruneTiles(grid->tree());
     return grid;
 }
 
@@ -286,8 +312,11 @@ openvdb::FloatGrid::Ptr grid_of(const qn_sparse_grid &from, const qn_sparse_tile
 qni_vdb_result qni_vdb_open(const char *path, qni_vdb **file_out, qni_vdb_message *message) {
     *file_out = nullptr;
     return guarded(message, [&] {
+        /* Reading is serial anyway; so its memory does not depend on the machine's cores. */
+        static tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
         auto opened = std::make_unique<qni_vdb>();
         opened->file = std::make_unique<openvdb::io::File>(path);
+        length_check().run(path);
         opened->file->open(false); /* delayed loading trusts the file: it asserts, which ends us */
         for (auto name = opened->file->beginName(); name != opened->file->endName(); ++name)
             opened->names.push_back(name.gridName());
@@ -323,21 +352,40 @@ qni_vdb_result qni_vdb_load(qni_vdb *file, int32_t grid, qni_vdb_counts *counts_
     });
 }
 
-qni_vdb_result qni_vdb_take(qni_vdb *file, int32_t (*origins)[3], void *values,
-                            uint64_t (*masks)[8], qn_sparse_tile *tiles, qni_vdb_message *message) {
+qni_vdb_result qni_vdb_take(qni_vdb *file, const qni_vdb_sink *sink, qni_vdb_message *message) {
     return guarded(message, [&] {
-        with_tree(*file->grid, [&](auto &tree, auto stored_type) {
-            take<decltype(stored_type)>(tree, origins, values, masks, tiles);
-        });
+        if (!file->grid)
+            throw std::runtime_error("no grid was read");
+        with_tree(*file->grid,
+                  [&](auto &tree, auto stored_type) { take<decltype(stored_type)>(tree, *sink); });
         file->grid.reset();
     });
 }
 
-qni_vdb_result qni_vdb_write(const char *path, const qn_sparse_grid *grid,
-                             const qn_sparse_tile *fill, int64_t fill_count,
+qni_vdb_result qni_vdb_begin(const qn_sparse_grid *head, qni_vdb **file_out,
                              qni_vdb_message *message) {
+    *file_out = nullptr;
     return guarded(message, [&] {
-        openvdb::GridPtrVec grids = {grid_of(*grid, fill, fill_count)};
+        auto opened = std::make_unique<qni_vdb>();
+        opened->made = empty_grid(*head);
+        *file_out = opened.release();
+    });
+}
+
+qni_vdb_result qni_vdb_put_tile(qni_vdb *file, const qn_sparse_tile *tile,
+                                qni_vdb_message *message) {
+    return guarded(message, [&] { fill_box(file->made->tree(), *tile); });
+}
+
+qni_vdb_result qni_vdb_put_leaf(qni_vdb *file, const int32_t origin[3], const uint64_t *mask,
+                                const float *values, qni_vdb_message *message) {
+    return guarded(message, [&] { add_leaf(file->made->tree(), origin, mask, values); });
+}
+
+qni_vdb_result qni_vdb_finish(qni_vdb *file, const char *path, qni_vdb_message *message) {
+    return guarded(message, [&] {
+        openvdb::tools::pruneTiles(file->made->tree());
+        openvdb::GridPtrVec grids = {file->made};
         openvdb::io::File(path).write(grids);
     });
 }

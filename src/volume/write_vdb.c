@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/* OpenVDB files from sparse volumes, by way of the shim. The same volume gives the same bytes: the
+/* OpenVDB files from sparse volumes, by way of quoin-vdb. The same volume gives the same bytes: the
  * random identity that OpenVDB puts into each file is replaced by one made of the rest. */
 #include "core/context.h"
 #include "core/file.h"
@@ -9,7 +9,7 @@
 #include "qni_config.h"
 
 #if QNI_HAVE_OPENVDB
-#include "volume/vdb_shim.h"
+#include "volume/vdb_client.h"
 
 #include <fcntl.h>
 #include <stdio.h>
@@ -76,8 +76,14 @@ static qn_status write_grid(qn_context *context, const qn_volume *volume, const 
     if (!fill)
         return qni_fail_memory(error, "the tiles of a sparse volume");
     qni_vdb_message message;
-    const qni_vdb_result result = qni_vdb_write(path, &volume->sparse->grid, fill, count, &message);
+    const qni_vdb_result result =
+        qni_vdb_client_write(context, path, &volume->sparse->grid, fill, count, &message);
     qni_free(context, fill, count, sizeof *fill);
+    if (result == QNI_VDB_CANCELLED)
+        return qni_fail(error, QN_ERROR_CANCELLED, "writing was cancelled");
+    if (result == QNI_VDB_ABSENT)
+        return qni_fail(error, QN_ERROR_UNSUPPORTED, "'%.200s': OpenVDB files: %s", path,
+                        message.text);
     if (result == QNI_VDB_NO_MEMORY)
         return qni_fail_memory(error, "an OpenVDB tree");
     if (result != QNI_VDB_OK || !settle_identity(context, path))

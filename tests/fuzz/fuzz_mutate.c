@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 /* Runs a fuzz target over damaged copies of every file of a folder: cut short, single bits flipped,
  * bytes and numbers overwritten. The damage follows from QUOIN_SEED and is the same everywhere;
- * QUOIN_LONG=1 tries 2,500 copies of the folder's files in all, else 150. Peak memory is watched.
- */
+ * QUOIN_LONG=1 tries 2,500 copies of the folder's files in all, else 150 or the number given. Peak
+ * memory is watched, that of processes started too, and the longest time of a copy. */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <time.h>
 #include <zlib.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -100,14 +101,23 @@ static size_t damage(uint64_t *random, uint8_t *bytes, size_t size) {
     return size;
 }
 
+static double seconds(void) {
+    struct timespec now;
+    timespec_get(&now, TIME_UTC);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 int main(int argument_count, char **arguments) {
     file files[MOST_FILES];
     const char *seed_text = getenv("QUOIN_SEED"), *long_text = getenv("QUOIN_LONG");
     const char *from_text = getenv("QUOIN_FROM");
     const uint64_t seed = seed_text ? strtoull(seed_text, NULL, 10) : 1;
-    const long total = long_text && *long_text == '1' ? 2500 : 150;
+    const long total = long_text && *long_text == '1' ? 2500
+                       : argument_count > 2           ? atol(arguments[2])
+                                                      : 150;
     const int count = argument_count > 1 ? load_folder(arguments[1], files) : 0;
-    struct rusage use;
+    struct rusage use, started;
+    double longest = 0;
     if (count == 0)
         return 1;
     printf("seed: QUOIN_SEED=%llu\n", (unsigned long long)seed);
@@ -124,13 +134,17 @@ int main(int argument_count, char **arguments) {
             return 1;
         memcpy(exact, copy, size);
         fprintf(stderr, "\rcopy %ld ", n); /* the last one named is the one that broke it */
+        const double before = seconds();
         LLVMFuzzerTestOneInput(exact, size);
+        longest = seconds() - before > longest ? seconds() - before : longest;
         free(exact);
         free(copy);
     }
     getrusage(RUSAGE_SELF, &use);
-    printf("%ld damaged files, peak memory %ld MB\n", total, use.ru_maxrss >> 10);
+    getrusage(RUSAGE_CHILDREN, &started);
+    printf("%ld damaged files, peak memory %ld MB, of processes started %ld MB, longest %.2f s\n",
+           total, use.ru_maxrss >> 10, started.ru_maxrss >> 10, longest);
     for (int n = 0; n < count; ++n)
         free(files[n].bytes);
-    return use.ru_maxrss > MOST_MEMORY_KB;
+    return use.ru_maxrss > MOST_MEMORY_KB || started.ru_maxrss > MOST_MEMORY_KB;
 }

@@ -82,6 +82,20 @@ def build_and_run(name, compiler, standard, source, environment, folder):
     print("%s: %s" % (name, text))
 
 
+def read_vdb(tool, root, environment):
+    """The installed tool reads OpenVDB files by the installed quoin-vdb; without it, it says so and ends with 7."""
+    model = os.path.join(ROOT, "tests", "fuzz", "corpus", "vdb", "double.vdb")
+    environment = {name: text for name, text in environment.items() if name != "QUOIN_VDB_PROGRAM"}
+    if "leaves of 8^3 samples" not in run([tool, "info", model], env=environment):
+        fail("the installed tool does not read " + model)
+    program = find_one(root, "quoin-vdb")
+    os.rename(program, program + ".away")
+    done = subprocess.run([tool, "info", model], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if done.returncode != 7 or b"quoin-vdb is missing" not in done.stdout:
+        fail("without quoin-vdb: %d %s" % (done.returncode, done.stdout.decode()))
+    os.rename(program + ".away", program)
+
+
 def main():
     cc = os.environ.get("CC", "cc").split()
     cxx = os.environ.get("CXX") or shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
@@ -90,6 +104,8 @@ def main():
         tool = find_one(os.path.join(folder, "root"), "quoin")
         print(run([tool, "--version"], env=environment).strip())
         find_one(os.path.join(folder, "root"), "quoin.1")
+        if os.path.exists(os.path.join(BUILD, "src", "volume", "quoin-vdb")):
+            read_vdb(tool, os.path.join(folder, "root"), environment)
         build_and_run("sphere.c", cc, "-std=c11", os.path.join(HERE, "sphere.c"), environment, folder)
         shutil.copy(os.path.join(ROOT, "models", "ct-head.nrrd"), folder)
         for number, text in enumerate(readme_snippets()):

@@ -6,7 +6,12 @@
 #include "qni_config.h"
 #include "volume/field.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #if QNI_HAVE_OPENVDB
 
@@ -203,12 +208,86 @@ static void what_cannot_be_read_is_refused_by_name(void **state) {
     expect_refusal(cut, "", QN_ERROR_INPUT, "short.vdb");
 }
 
+static int count_descriptors(void) {
+    int count = 0;
+    for (int n = 0; n < 256; ++n)
+        count += fcntl(n, F_GETFD) >= 0;
+    return count;
+}
+
+static int cancel(void *user, const char *stage, double fraction) {
+    (void)user;
+    (void)stage;
+    (void)fraction;
+    return 1;
+}
+
+/* A good file of one grid, written into the scratch folder. */
+static const char *write_one(const char *name) {
+    test_random random = {7};
+    test_sparse sparse = test_random_sparse(&random, TEST_GAUSSIAN, QN_F32, 4);
+    qn_context *context = test_context(1);
+    const char *path = test_scratch_path(&scratch, name);
+    qn_volume *volume;
+    assert_int_equal(qn_volume_create_sparse(context, &sparse.grid, NULL, NULL, &volume, NULL),
+                     QN_OK);
+    assert_int_equal(qn_volume_write(context, volume, path, NULL), QN_OK);
+    qn_volume_destroy(volume);
+    test_context_end(context);
+    test_sparse_free(&sparse);
+    return path;
+}
+
+static void a_file_that_is_cut_short_is_refused(void **state) {
+    (void)state;
+    struct stat status;
+    const char *path = write_one("cut.vdb");
+    assert_int_equal(stat(path, &status), 0);
+    assert_int_equal(truncate(path, status.st_size - 40), 0);
+    expect_refusal(path, "", QN_ERROR_INPUT, "cut short");
+}
+
+/* The program is missing, is no such program, dies, is silent and cancelled: one sentence each, no
+ * child and no descriptor left. */
+static void a_reader_that_fails_leaves_nothing(void **state) {
+    (void)state;
+    const char *program = getenv("QUOIN_VDB_PROGRAM");
+    char *kept = program ? strdup(program) : NULL;
+    const char *path = write_one("one.vdb");
+    const int before = count_descriptors();
+    setenv("QUOIN_VDB_PROGRAM", "/nowhere/quoin-vdb", 1);
+    expect_refusal(path, "", QN_ERROR_UNSUPPORTED, "/nowhere/quoin-vdb");
+    setenv("QUOIN_VDB_PROGRAM", "/bin/true", 1);
+    expect_refusal(path, "", QN_ERROR_INPUT, "the reader stopped");
+    qn_context_options options;
+    qn_context *context;
+    qn_volume *volume;
+    qn_error error;
+    qn_context_options_init(&options);
+    options.progress = cancel;
+    assert_int_equal(qn_context_create(&options, &context, NULL), QN_OK);
+    setenv("QUOIN_VDB_PROGRAM", "/bin/cat", 1); /* waits for more input than it gets */
+    assert_int_equal(qn_volume_read(context, path, NULL, &volume, &error), QN_ERROR_CANCELLED);
+    assert_null(volume);
+    qn_context_destroy(context);
+    if (kept)
+        setenv("QUOIN_VDB_PROGRAM", kept, 1);
+    else
+        unsetenv("QUOIN_VDB_PROGRAM");
+    free(kept);
+    assert_int_equal(count_descriptors(), before);
+    assert_int_equal(waitpid(-1, NULL, WNOHANG), -1);
+    assert_int_equal(errno, ECHILD);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_written_comes_back),
         cmocka_unit_test(dense_files_hold_the_box),
         cmocka_unit_test(data_files_are_what_their_readme_says),
         cmocka_unit_test(what_cannot_be_read_is_refused_by_name),
+        cmocka_unit_test(a_file_that_is_cut_short_is_refused),
+        cmocka_unit_test(a_reader_that_fails_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, make_scratch, remove_scratch);
 }
