@@ -49,6 +49,7 @@ find_missing() {
     links lapacke.h -llapacke || wanted="$wanted liblapacke-dev"
     links nifti/nifti2_io.h -idirafter /usr/include/nifti -lnifti2 || wanted="$wanted libnifti2-dev"
     [ -e /usr/include/openvdb/openvdb.h ] || wanted="$wanted libopenvdb-dev g++"
+    [ -e /usr/include/boost/version.hpp ] || wanted="$wanted libboost-dev"
     [ -e /usr/include/nanovdb/PNanoVDB.h ] || wanted="$wanted libnanovdb-dev"
     links blosc.h -lblosc || wanted="$wanted libblosc-dev"
     links libqhull_r/qhull_ra.h -lqhull_r -lm || wanted="$wanted libqhull-dev"
