@@ -122,9 +122,10 @@ qn_status qni_list_vdb(qni_source *source, qn_grid_info *infos_out, int32_t capa
 #else
 
 static qn_status fail_absent(const qni_source *source, qn_error *error) {
-    return qni_source_fail_as(source, QN_ERROR_UNSUPPORTED, error,
-                              "this build does not read OpenVDB files: install libopenvdb-dev and "
-                              "build with -Dopenvdb=enabled");
+    return qni_source_fail_as(
+        source, QN_ERROR_UNSUPPORTED, error,
+        "this build does not read OpenVDB files: install libopenvdb-dev, libboost-dev "
+        "and build with -Dopenvdb=enabled");
 }
 
 qn_status qni_read_vdb(qni_source *source, const qn_volume_read_options *options,

@@ -118,10 +118,11 @@ qn_status qni_write_vdb(qn_context *context, const qn_volume *volume, const char
                         qn_error *error) {
     (void)context;
     (void)volume;
-    return qni_fail(error, QN_ERROR_UNSUPPORTED,
-                    "'%.200s': this build does not write OpenVDB files: install libopenvdb-dev and "
-                    "build with -Dopenvdb=enabled",
-                    path);
+    return qni_fail(
+        error, QN_ERROR_UNSUPPORTED,
+        "'%.200s': this build does not write OpenVDB files: install libopenvdb-dev, libboost-dev "
+        "and build with -Dopenvdb=enabled",
+        path);
 }
 
 #endif
