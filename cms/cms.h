@@ -128,15 +128,27 @@ typedef struct qni_directed {
     bool reversed;
 } qni_directed;
 
+/* The solid near a cell, restricted when it is asked (nearby.c); of one thread. */
+typedef struct qni_nearby {
+    qn_solid base;
+    const qni_hermite *hermite;
+    qni_cell cell, block_cell;
+    qn_solid *block; /* restricted to the block round some cell; NULL: none yet */
+    qn_solid *near;  /* and from there to the cell; NULL: none */
+    int32_t questions;
+} qni_nearby;
+
+void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite);
+void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell);
+void qni_nearby_end(qni_nearby *nearby);
+
 /* Everything about one cell; a thread keeps one and uses it again and again. */
 typedef struct qni_patch {
     qn_context *context;
     const qni_hermite *hermite;
     const qni_cms_settings *settings;
-    const qn_solid *solid; /* agrees with the whole one in the cell and half its width around */
-    qn_solid *restricted;  /* to the block; NULL: none yet */
-    qn_solid *near;        /* and from there to the cell; NULL: none */
-    qni_cell restricted_to;
+    const qn_solid *solid;    /* agrees with the whole one in the cell and half its width around */
+    qni_nearby nearby;        /* which is that solid */
     const qni_octree *octree; /* NULL while there is none yet */
     qni_cell cell;
     float low[3], high[3];

@@ -13,12 +13,12 @@ void qni_patch_start(qni_patch *patch, qn_context *context, const qni_hermite *h
     patch->context = context;
     patch->hermite = hermite;
     patch->settings = settings;
-    patch->solid = hermite->solid;
+    qni_nearby_start(&patch->nearby, hermite);
+    patch->solid = &patch->nearby.base;
 }
 
 void qni_patch_free(qni_patch *patch) {
-    qn_solid_destroy(patch->near);
-    qn_solid_destroy(patch->restricted);
+    qni_nearby_end(&patch->nearby);
     qni_free(patch->context, patch->pieces, patch->piece_capacity, sizeof *patch->pieces);
     qni_free(patch->context, patch->vertices, patch->vertex_capacity, sizeof *patch->vertices);
     qni_free(patch->context, patch->loops, patch->loop_capacity, sizeof *patch->loops);
@@ -43,47 +43,9 @@ bool qni_patch_grow(qni_patch *patch, void **items, int64_t *capacity, int64_t w
     return true;
 }
 
-/* The solid restricted to a cell and `margin` of its width around; the solid itself when there is
- * none to be had. */
-static qn_solid *restrict_to_cell(const qni_hermite *hermite, const qn_solid *solid,
-                                  const qni_cell *cell, double margin) {
-    const double size = hermite->lattice.cell * (1 << cell->level);
-    qni_box box;
-    for (int k = 0; k < 3; ++k) {
-        box.low[k] = qni_lattice_at(&hermite->lattice, k, cell->low[k]) - margin * size;
-        box.high[k] = box.low[k] + (1 + 2 * margin) * size;
-    }
-    qn_solid *restricted = NULL;
-    if (solid->ops->restrict_to(solid, &box, &restricted) != QN_OK)
-        restricted = NULL;
-    return restricted;
-}
-
-/* The cheaper solid for the block, or larger cell, round this cell, kept for the next cell of it;
- * and from that one for the cell itself: many questions follow. */
-static void restrict_solid(qni_patch *patch, const qni_cell *cell) {
-    const qni_hermite *hermite = patch->hermite;
-    qni_cell around = {{cell->low[0], cell->low[1], cell->low[2]},
-                       cell->level > 3 ? cell->level : 3};
-    for (int k = 0; k < 3; ++k)
-        around.low[k] = around.low[k] >> around.level << around.level;
-    qn_solid_destroy(patch->near);
-    patch->near = NULL;
-    if (!patch->restricted || memcmp(&around, &patch->restricted_to, sizeof around) != 0) {
-        qn_solid_destroy(patch->restricted);
-        patch->restricted_to = around;
-        patch->restricted = restrict_to_cell(hermite, hermite->solid, &around, 0.5);
-    }
-    patch->solid = patch->restricted ? patch->restricted : hermite->solid;
-    if (cell->level < 3)
-        patch->near = restrict_to_cell(hermite, patch->solid, cell, 1);
-    if (patch->near)
-        patch->solid = patch->near;
-}
-
 void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
     patch->cell = *cell;
-    restrict_solid(patch, cell);
+    qni_nearby_set_cell(&patch->nearby, cell);
     for (int k = 0; k < 3; ++k) {
         patch->low[k] = (float)qni_lattice_at(&patch->hermite->lattice, k, cell->low[k]);
         patch->high[k] =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-/* Crossings from values and bounds alone: pieces where the surface may be, then a bracketing root
- * finder (Chandrupatla 1997: inverse quadratic steps where they are safe, else halving). */
+/* Crossings from values and bounds alone: pieces between whose ends the sign changes, then a
+ * bracketing root finder (Chandrupatla 1997: inverse quadratic steps where they are safe, else
+ * halving). */
 #include "solid/node.h"
 
 #include <math.h>
@@ -11,7 +12,6 @@ static const double tolerance = 1e-14;
 typedef struct walk {
     const qn_solid *solid;
     const double *a, *b;
-    bool possible[PIECES]; /* the surface may be in this piece */
 } walk;
 
 static void place(const walk *way, double t, double point[3]) {
@@ -32,23 +32,6 @@ static double tame(double value) {
     if (!(value < 1e300))
         return 1e300;
     return value < -1e300 ? -1e300 : value;
-}
-
-/* Mark the pieces first .. first + count - 1, a power of two, that the bounds do not rule out. */
-static qn_status mark(walk *way, int first, int count) {
-    double low[3], high[3], range[2];
-    place(way, (double)first / PIECES, low);
-    place(way, (double)(first + count) / PIECES, high);
-    qni_box box = qni_segment_box(low, high);
-    QN_TRY(way->solid->ops->bounds(way->solid, &box, range));
-    if (range[0] > 0 || range[1] < 0)
-        return QN_OK;
-    if (count == 1) {
-        way->possible[first] = true;
-        return QN_OK;
-    }
-    QN_TRY(mark(way, first, count / 2));
-    return mark(way, first + count / 2, count / 2);
 }
 
 /* Chandrupatla's method between t0 and t1, where the signs differ. */
@@ -132,32 +115,27 @@ qn_status qni_find_single(const qn_solid *solid, const double a[3], const double
     return describe(&way, root, values[1] < 0, crossing);
 }
 
-/* All changes of sign between the pieces that the bounds leave possible. */
-static qn_status several(walk *way, const double values[2], int32_t capacity,
+/* All changes of sign between pieces. One batch of values costs less than the bounds that would say
+ * which pieces need none, and where these rule the surface out signs do not change. */
+static qn_status several(const walk *way, const double ends[2], int32_t capacity,
                          qni_crossing *crossings, int32_t *count_out) {
-    QN_TRY(mark(way, 0, PIECES));
-    double roots[PIECES];
+    double points[PIECES - 1][3], values[PIECES + 1], roots[PIECES];
+    for (int i = 1; i < PIECES; ++i)
+        place(way, (double)i / PIECES, points[i - 1]);
+    QN_TRY(way->solid->ops->values(way->solid, PIECES - 1, (const double(*)[3])points, values + 1));
+    values[0] = ends[0];
+    values[PIECES] = ends[1];
     int32_t found = 0;
-    double previous = values[0], last_t = 0;
-    for (int i = 0; i < PIECES; ++i) {
-        /* Where the surface cannot be the sign stays, and a sample there is of no use. */
-        bool next_possible = i + 1 < PIECES && way->possible[i + 1];
-        if (!way->possible[i] && !next_possible && i + 1 < PIECES)
-            continue;
-        double t = (double)(i + 1) / PIECES, value = values[1];
-        if (i + 1 < PIECES)
-            QN_TRY(value_at(way, t, &value));
-        if ((value < 0) != (previous < 0))
-            QN_TRY(bracket(way, last_t, previous, t, value, &roots[found++]));
-        previous = value;
-        last_t = t;
-    }
+    for (int i = 0; i < PIECES; ++i)
+        if ((values[i] < 0) != (values[i + 1] < 0))
+            QN_TRY(bracket(way, (double)i / PIECES, values[i], (double)(i + 1) / PIECES,
+                           values[i + 1], &roots[found++]));
     /* What has no room goes in pairs, so that the signs at the ends stay true. */
     int32_t kept = found;
     while (kept > capacity)
         kept -= 2;
     for (int32_t i = 0; i < kept; ++i)
-        QN_TRY(describe(way, roots[i], (values[0] < 0) == (i % 2 != 0), &crossings[i]));
+        QN_TRY(describe(way, roots[i], (ends[0] < 0) == (i % 2 != 0), &crossings[i]));
     *count_out = kept > 0 ? kept : 0;
     return QN_OK;
 }
