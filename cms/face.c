@@ -191,6 +191,9 @@ void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
                     const qni_cms_settings *settings, const qni_face *face,
                     qni_face_solution *solution) {
     qni_face_job job;
+    qni_trace_memo memo;
+    qni_trace_memo_start(&memo);
+    job.memo = &memo;
     job.hermite = hermite;
     job.solid = solid;
     job.settings = settings;

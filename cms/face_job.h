@@ -21,6 +21,8 @@ typedef struct qni_face_point {
     bool enters; /* walking counter-clockwise */
 } qni_face_point;
 
+typedef struct qni_trace_memo qni_trace_memo;
+
 typedef struct qni_face_job {
     const qni_hermite *hermite;
     const qn_solid *solid;
@@ -33,6 +35,7 @@ typedef struct qni_face_job {
     qni_face_point points[QNI_FACE_POINTS];
     int count;
     int partner[QNI_FACE_POINTS];
+    qni_trace_memo *memo;
 } qni_face_job;
 
 /* Lines one after the other, and where each meets the next. */
@@ -42,6 +45,33 @@ typedef struct qni_trace {
     int count;     /* of bends */
     bool verified; /* the solid's values say that every bend is on the surface */
 } qni_trace;
+
+/* What was found on the face so far (trace_memo.c). */
+enum { QNI_MEMO_PAIRS = 16, QNI_MEMO_BENDS = 16 };
+
+typedef struct qni_memo_pair {
+    const qni_face_point *enter, *leave;
+    qni_trace trace;
+    bool found;
+} qni_memo_pair;
+
+typedef struct qni_memo_bend {
+    qni_face_line first, second; /* asked for */
+    qni_face_line between;       /* and answered */
+    double bend[2];
+    int kind;
+} qni_memo_bend;
+
+struct qni_trace_memo {
+    int pair_count, bend_count; /* that ever were; the oldest give way */
+    qni_memo_pair pairs[QNI_MEMO_PAIRS];
+    qni_memo_bend bends[QNI_MEMO_BENDS];
+};
+
+void qni_trace_memo_start(qni_trace_memo *memo);
+const qni_memo_bend *qni_memo_find_bend(const qni_trace_memo *memo, const qni_face_line *first,
+                                        const qni_face_line *second);
+qni_memo_bend *qni_memo_add_bend(qni_trace_memo *memo);
 
 static inline double qni_dot2(const double a[2], const double b[2]) {
     return a[0] * b[0] + a[1] * b[1];
@@ -55,8 +85,10 @@ static inline bool qni_runs_rightly(const double from[2], const double to[2],
 
 /* Do the normals of two crossings differ by more than the crease angle? */
 bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b);
-/* The trace between two crossings whose normals differ (trace.c). False when it is not found. No
- * bends when the surface only curves. */
+/* The trace between two crossings whose normals differ (trace.c; qni_face_trace() remembers it).
+ * False when it is not found. No bends when the surface only curves. */
+bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
+                    const qni_face_point *leave, qni_trace *trace);
 bool qni_face_trace(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace);
 

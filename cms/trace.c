@@ -168,8 +168,9 @@ static bool step_closer(const qni_face_job *job, qni_face_line *a, qni_face_line
 /* Where two lines meet: each step takes the error of curvature to a hundredth; flat surfaces do not
  * move. Where the surface curves too much for that, the way between is halved. What is smooth has
  * no angle left when it is looked at closely. */
-static bend_kind find_bend(const qni_face_job *job, const qni_face_line *first,
-                           const qni_face_line *second, double bend[2], qni_face_line *between) {
+static bend_kind look_for_bend(const qni_face_job *job, const qni_face_line *first,
+                               const qni_face_line *second, double bend[2],
+                               qni_face_line *between) {
     qni_face_line a = *first, b = *second;
     const double cell = job->hermite->lattice.cell;
     double last[2] = {HUGE_VAL, HUGE_VAL};
@@ -196,6 +197,22 @@ static bend_kind find_bend(const qni_face_job *job, const qni_face_line *first,
             return BEND_SMOOTH;
     }
     return BEND_NONE;
+}
+
+static bend_kind find_bend(const qni_face_job *job, const qni_face_line *first,
+                           const qni_face_line *second, double bend[2], qni_face_line *between) {
+    const qni_memo_bend *known = qni_memo_find_bend(job->memo, first, second);
+    if (!known) {
+        qni_memo_bend *fresh = qni_memo_add_bend(job->memo);
+        memset(fresh, 0, sizeof *fresh);
+        fresh->first = *first;
+        fresh->second = *second;
+        fresh->kind = (int)look_for_bend(job, first, second, fresh->bend, &fresh->between);
+        known = fresh;
+    }
+    memcpy(bend, known->bend, sizeof known->bend);
+    *between = known->between;
+    return (bend_kind)known->kind;
 }
 
 /* The active branch's tangent at a point of the face; the point's distance from the surface, to
@@ -338,7 +355,7 @@ static bool accept_roughly(const qni_face_job *job, qni_trace *trace) {
            distance < 0.01 * job->size;
 }
 
-bool qni_face_trace(const qni_face_job *job, const qni_face_point *enter,
+bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace) {
     double bend[2];
     qni_face_line unused;
