@@ -10,6 +10,7 @@
 void qni_model_release(qni_model *model) {
     if (!model || __atomic_sub_fetch(&model->references, 1, __ATOMIC_ACQ_REL) != 0)
         return;
+    qni_cap_field_free(&model->field);
     qni_panel_tree_free(model->context, &model->surface);
     qni_panel_tree_free(model->context, &model->caps);
     qni_free(model->context, model, 1, sizeof *model);
@@ -130,6 +131,10 @@ static qn_status make(qn_context *context, qni_chain *chain, const qn_solid_mesh
         return qni_fail_memory(error, "a polygon model");
     }
     find_box(model);
+    if (!qni_cap_field_start(context, &model->caps, &model->box, &model->field)) {
+        qni_model_release(model);
+        return qni_fail_memory(error, "a polygon model");
+    }
     qn_solid *solid = qni_meshed_create(model);
     if (!solid)
         return qni_fail_memory(error, "a polygon model");

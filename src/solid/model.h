@@ -9,6 +9,7 @@
 #ifndef QNI_SOLID_MODEL_H
 #define QNI_SOLID_MODEL_H
 
+#include "solid/cap_field.h"
 #include "solid/chain.h"
 
 typedef struct qni_model {
@@ -16,6 +17,7 @@ typedef struct qni_model {
     int64_t references;     /* changed with atomic operations */
     qni_panel_tree surface; /* with parity, caps are surface too */
     qni_panel_tree caps;    /* what is taken off the winding number */
+    qni_cap_field field;    /* the angle of the caps */
     bool parity;            /* inside is odd; else: not 0, or with caps 1/2 and above */
     qni_box box;
     double size;            /* largest coordinate */
@@ -78,8 +80,17 @@ void qni_hits_free(qni_hits *hits);
 bool qni_meshed_holds(const qni_meshed *solid, const double p[3]);
 /* Whether caps matter at p; the angle is then asked for. */
 bool qni_meshed_is_smooth(const qni_meshed *solid, const double p[3]);
-/* How wrong dipoles may make the angle of the caps: bounds keep that far off. */
-#define QNI_ANGLE_SLACK 0.05
+/* The generalized winding number less 1/2, and the gradient of what was taken off. */
+static inline double qni_model_excess(qni_model *model, int64_t winding, const double p[3],
+                                      double gradient[3]) {
+    return (double)winding - qni_cap_field_angle(&model->field, p, gradient) - 0.5;
+}
+/* Out of memory when cells of the field could not be made. */
+static inline qn_status qni_model_status(const qni_model *model) {
+    return qni_cap_field_failed(&model->field) ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+}
+/* How wrong the angle of the caps may be: bounds keep that far off. */
+#define QNI_ANGLE_SLACK 0.02
 
 static inline bool qni_whole_is_inside(const qni_model *model, int64_t winding) {
     return model->parity ? winding & 1 : model->caps.count ? winding > 0 : winding != 0;

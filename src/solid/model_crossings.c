@@ -28,7 +28,7 @@ static void point_at(const sweep *way, double t, double point[3]) {
 static double excess(const sweep *way, double t, int64_t winding, double gradient[3]) {
     double point[3];
     point_at(way, t, point);
-    return (double)winding - qni_panel_tree_angle(&way->solid->model->caps, point, gradient) - 0.5;
+    return qni_model_excess(way->solid->model, winding, point, gradient);
 }
 
 /* What has no room goes in pairs: the last is taken back. */
@@ -177,7 +177,7 @@ static void walk(sweep *way, const qni_hits *hits, double same, bool last) {
 static bool sign_at(const qni_meshed *solid, const double p[3], int64_t winding, bool smooth) {
     if (!smooth)
         return qni_whole_is_inside(solid->model, winding);
-    return (double)winding - qni_panel_tree_angle(&solid->model->caps, p, NULL) >= 0.5;
+    return qni_model_excess(solid->model, winding, p, NULL) >= 0;
 }
 
 qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const double b[3],
@@ -206,5 +206,5 @@ qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const do
         *count_out = way.count;
     }
     qni_hits_free(&hits);
-    return QN_OK;
+    return qni_model_status(solid->model);
 }

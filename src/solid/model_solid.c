@@ -41,7 +41,7 @@ static void ask(const qni_meshed *solid, const double p[3], qni_winding_at *know
     if (!qni_meshed_is_smooth(solid, p))
         return;
     memset(out->slope, 0, sizeof out->slope);
-    double excess = (double)winding - qni_panel_tree_angle(&model->caps, p, out->slope) - 0.5;
+    double excess = qni_model_excess(solid->model, winding, p, out->slope);
     out->inside = excess >= 0;
     double steep = length_of(out->slope), first_order = fabs(excess) / steep;
     if (steep > 0 && first_order < out->distance) {
@@ -73,7 +73,7 @@ static qn_status meshed_values(const qn_solid *solid, int64_t count, const doubl
         ask(meshed, points[n], &known, &here);
         values[n] = signed_value(&here);
     }
-    return QN_OK;
+    return qni_model_status(meshed->model);
 }
 
 static qn_status meshed_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
@@ -88,11 +88,9 @@ static qn_status meshed_inside(const qn_solid *solid, int64_t count, const doubl
         int64_t winding = qni_meshed_winding(meshed, points[n], &known);
         inside[n] = qni_whole_is_inside(meshed->model, winding);
         if (qni_meshed_is_smooth(meshed, points[n]))
-            inside[n] =
-                (double)winding - qni_panel_tree_angle(&meshed->model->caps, points[n], NULL) >=
-                0.5;
+            inside[n] = qni_model_excess(meshed->model, winding, points[n], NULL) >= 0;
     }
-    return QN_OK;
+    return qni_model_status(meshed->model);
 }
 
 /* On a panel: across it, to the side that is outside. */
@@ -137,7 +135,7 @@ static qn_status meshed_gradients(const qn_solid *solid, int64_t count, const do
         if (owners)
             owners[n] = owner;
     }
-    return QN_OK;
+    return qni_model_status(((const qni_meshed *)solid)->model);
 }
 
 static double half_diagonal(const qni_box *box, double centre[3]) {
@@ -157,7 +155,7 @@ static bool caps_matter(const qni_meshed *solid, const double centre[3], double 
         return false;
     if (qni_panel_tree_is_near(caps, centre, reach))
         return true;
-    double most = fabs(qni_panel_tree_angle(caps, centre, NULL)) +
+    double most = fabs(qni_cap_field_angle(&solid->model->field, centre, NULL)) +
                   reach * qni_panel_tree_slope_bound(caps, centre, reach);
     return !(most < 0.5 - QNI_ANGLE_SLACK);
 }
@@ -168,8 +166,8 @@ static bool may_tear(const qni_meshed *solid, const double centre[3], double rea
     const qni_panel_tree *caps = &solid->model->caps;
     if (caps->count == 0 || (qni_meshed_holds(solid, centre) && !solid->smooth))
         return false;
-    double excess = (double)qni_meshed_winding(solid, centre, NULL) -
-                    qni_panel_tree_angle(caps, centre, NULL) - 0.5;
+    double excess =
+        qni_model_excess(solid->model, qni_meshed_winding(solid, centre, NULL), centre, NULL);
     double change = reach * qni_panel_tree_slope_bound(caps, centre, reach);
     return !(fabs(excess) > change + QNI_ANGLE_SLACK);
 }
@@ -195,7 +193,7 @@ static qn_status meshed_bounds(const qn_solid *solid, const qni_box *box, double
         range[0] = range[0] > 0 ? QNI_TIE : range[0];
         range[1] = range[1] < 0 ? -QNI_TIE : range[1];
     }
-    return QN_OK;
+    return qni_model_status(meshed->model);
 }
 
 static qn_solid *new_node(qni_model *model);
@@ -266,7 +264,7 @@ static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_s
         local->origin[k] = qni_tame(box->low[k]);
     if (good && local->listed)
         local->origin_winding = qni_meshed_winding(meshed, box->low, NULL);
-    if (!good) {
+    if (!good || qni_model_status(meshed->model) != QN_OK) {
         qn_solid_destroy(&local->base);
         return QN_ERROR_OUT_OF_MEMORY;
     }

@@ -67,9 +67,9 @@ double qni_panel_place(const qni_panel *panel, const double a[3], const double b
 /* The solid angle over 4 pi, positive on the inner side (`side` as above, so that it jumps where
  * crossings do), and its gradient, which is added to. */
 double qni_panel_angle(const qni_panel *panel, const double p[3], double gradient[3]);
-/* The sum over a few of them. */
-double qni_panels_angle(const qni_panel *panels, int32_t count, const double p[3],
-                        double gradient[3]);
+/* The sum over a few of them: those that are `chosen`, or the first ones where that is NULL. */
+double qni_panels_angle(const qni_panel *panels, const int32_t *chosen, int32_t count,
+                        const double p[3], double gradient[3]);
 
 /* ---- panel_tree.c */
 

@@ -137,13 +137,13 @@ double qni_panel_angle(const qni_panel *panel, const double p[3], double gradien
 }
 
 /* Angles add up as their vectors are multiplied; turns past half a circle are counted. */
-double qni_panels_angle(const qni_panel *panels, int32_t count, const double p[3],
-                        double gradient[3]) {
+double qni_panels_angle(const qni_panel *panels, const int32_t *chosen, int32_t count,
+                        const double p[3], double gradient[3]) {
     double x = 1, y = 0;
     int turns = 0;
     for (int32_t n = 0; n < count; ++n) {
         double below, above;
-        half_angle(&panels[n], p, gradient, &below, &above);
+        half_angle(&panels[chosen ? chosen[n] : n], p, gradient, &below, &above);
         double next_x = x * below - y * above, next_y = x * above + y * below;
         if (y >= 0 && above > 0 && next_y < 0)
             ++turns;

@@ -6,8 +6,8 @@
 
 enum { LEAF = 4, MOST_LEVELS = 64 };
 /* Dipoles stand for what is farther away than this times its radius: then the sum over all of a
- * hole's cap is right to about 1e-2, which moves the surface across the hole by that share. */
-static const double far_away = 4;
+ * hole's cap is right to about 5e-3. Asked only for places beyond the field's root (cap_field.h). */
+static const double far_away = 6;
 
 bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel) {
     if (tree->count == tree->capacity) {
@@ -286,7 +286,7 @@ double qni_panel_tree_angle(const qni_panel_tree *tree, const double p[3], doubl
             stack[height++] = node->second;
             stack[height++] = index + 1;
         } else {
-            total += qni_panels_angle(tree->panels + node->first, node->count, p, gradient);
+            total += qni_panels_angle(tree->panels + node->first, NULL, node->count, p, gradient);
         }
     }
     return total;
