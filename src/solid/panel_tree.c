@@ -6,7 +6,7 @@
 
 enum { LEAF = 4, MOST_LEVELS = 64 };
 /* Dipoles stand for what is farther away than this times its radius: then the sum over all of a
- * hole's cap is right to about 5e-3. Asked only for places beyond the field's root (cap_field.h). */
+ * hole's cap is right to about 5e-3. Asked only beyond the root of the field (cap_field.h). */
 static const double far_away = 6;
 
 bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel) {
