@@ -68,7 +68,7 @@ static void number_faces(void *pointer, int64_t block, int64_t begin, int64_t en
         bool counts = qni_face_is_polygon(indices, corners) &&
                       qni_face_is_finite(job->check, indices, corners);
         int64_t first = first_triangle(mesh, face);
-        qni_split_face(mesh->positions, indices, corners, triangles);
+        qni_split_face(job->check, face, triangles);
         for (int i = 0; i < corners - 2; ++i) {
             numbered *n = &job->order[first + i];
             n->number = counts ? curve_number(job, triangles[i]) : left_out;
@@ -121,10 +121,8 @@ static void fetch_triangles(void *pointer, int64_t block, int64_t begin, int64_t
     for (int64_t i = begin; i < end; ++i) {
         int64_t triangle = (int64_t)job->order[i].triangle;
         int64_t face = triangle < of_quads ? triangle / 2 : triangle - mesh->quad_count;
-        const uint32_t *indices;
         uint32_t triangles[2][3];
-        int corners = qni_face_corners(mesh, face, &indices);
-        qni_split_face(mesh->positions, indices, corners, triangles);
+        qni_split_face(job->check, face, triangles);
         memcpy(job->tree->triangles[i], triangles[triangle < of_quads ? triangle % 2 : 0],
                sizeof triangles[0]);
     }

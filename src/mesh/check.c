@@ -52,12 +52,13 @@ bool qni_face_is_finite(const qni_check *check, const uint32_t *indices, int cor
     return !(flags & QNI_VERTEX_NONFINITE);
 }
 
-int qni_split_face(const float *positions, const uint32_t *v, int corners,
-                   uint32_t triangles[2][3]) {
-    const uint32_t by_02[6] = {v[0], v[1], v[2], v[0], v[2], v[corners - 1]};
-    const uint32_t by_13[6] = {v[0], v[1], v[corners - 1], v[1], v[2], v[corners - 1]};
-    bool first = corners == 3 || qni_quad_splits_02(positions, v);
-    memcpy(triangles, first ? by_02 : by_13, sizeof by_02);
+int qni_split_face(const qni_check *check, int64_t face, uint32_t triangles[2][3]) {
+    const uint32_t *v;
+    const int corners = qni_face_corners(&check->mesh, face, &v);
+    if (corners == 4)
+        qni_cut_quad(v, qni_along_02(&check->diagonals, face), triangles[0]);
+    else
+        memcpy(triangles[0], v, sizeof triangles[0]);
     return corners - 2;
 }
 
@@ -79,7 +80,8 @@ qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
     *report_out = nothing;
     QNI_CHECK_OPTIONS(options, "qn_mesh_check_options_init", error);
     qn_mesh_report report = nothing;
-    qni_check check = {context, qn_mesh_get_view(mesh), NULL, &report, error, NULL};
+    qni_check check = {
+        .context = context, .mesh = qn_mesh_get_view(mesh), .report = &report, .error = error};
     report.vertex_count = mesh->vertex_count;
     report.quad_count = mesh->quad_count;
     report.triangle_count = mesh->triangle_count;
@@ -87,7 +89,10 @@ qn_status qn_mesh_check(qn_context *context, const qn_mesh *mesh,
     check.vertex_flags = qni_alloc_zero(context, mesh->vertex_count, 1);
     if (!check.vertex_flags)
         return qni_fail_memory(error, "a mesh check");
-    qn_status status = run_parts(&check, options && options->skip_intersections);
+    qn_status status = qni_diagonals_choose(context, &check.mesh, &check.diagonals, error);
+    if (status == QN_OK)
+        status = run_parts(&check, options && options->skip_intersections);
+    qni_diagonals_free(&check.diagonals);
     qni_free(context, check.vertex_flags, mesh->vertex_count, 1);
     QN_TRY(status);
     *report_out = report;

@@ -3,6 +3,8 @@
 #ifndef QNI_MESH_CHECK_H
 #define QNI_MESH_CHECK_H
 
+#include "mesh/diagonals.h"
+
 #include <qn/mesh.h>
 
 enum {
@@ -18,6 +20,7 @@ typedef struct qni_check {
     qn_mesh_report *report;
     qn_error *error;
     const char *stage; /* what progress calls the work; NULL: "check" */
+    qni_diagonals diagonals;
 } qni_check;
 
 /* A part of the whole's progress, from 0 to 1. */
@@ -47,9 +50,8 @@ static inline int qni_face_corners(const qn_mesh_view *mesh, int64_t face,
 bool qni_face_is_polygon(const uint32_t *indices, int corners);
 /* True when no coordinate of the face's vertices is NaN or infinite. */
 bool qni_face_is_finite(const qni_check *check, const uint32_t *indices, int corners);
-/* The one or two triangles of a face, quads by the MaxMin angle criterion. */
-int qni_split_face(const float *positions, const uint32_t *indices, int corners,
-                   uint32_t triangles[2][3]);
+/* The one or two triangles of a face. */
+int qni_split_face(const qni_check *check, int64_t face, uint32_t triangles[2][3]);
 
 /* The parts. Each fills its own fields of the report. */
 qn_status qni_check_vertices(qni_check *check, qni_check_span span);

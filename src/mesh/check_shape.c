@@ -105,15 +105,16 @@ static bool repeats_a_vertex(const uint32_t *v, int corners) {
     return false;
 }
 
-static void measure_face(const shape_job *job, const uint32_t *v, int corners,
-                         shape_block *result) {
+static void measure_face(const shape_job *job, int64_t face, shape_block *result) {
     const qni_check *check = job->check;
+    const uint32_t *v;
+    const int corners = qni_face_corners(&check->mesh, face, &v);
     if (!qni_face_is_polygon(v, corners) || !qni_face_is_finite(check, v, corners)) {
         result->degenerate += repeats_a_vertex(v, corners);
         return;
     }
     uint32_t triangles[2][3];
-    int count = qni_split_face(check->mesh.positions, v, corners, triangles);
+    int count = qni_split_face(check, face, triangles);
     bool flat = true; /* without area */
     for (int i = 0; i < count; ++i) {
         measure_triangle(job, triangles[i], result);
@@ -132,11 +133,8 @@ static void measure_faces(void *pointer, int64_t block, int64_t begin, int64_t e
     shape_job *job = pointer;
     shape_block result = {
         .worst_quad = HUGE_VAL, .worst_triangle = HUGE_VAL, .largest_cotangent = -HUGE_VAL};
-    for (int64_t face = begin; face < end; ++face) {
-        const uint32_t *indices;
-        int corners = qni_face_corners(&job->check->mesh, face, &indices);
-        measure_face(job, indices, corners, &result);
-    }
+    for (int64_t face = begin; face < end; ++face)
+        measure_face(job, face, &result);
     job->blocks[block] = result;
 }
 

@@ -6,6 +6,7 @@
 #include "core/file.h"
 #include "mesh/builder.h"
 #include "mesh/content.h"
+#include "mesh/diagonals.h"
 #include "mesh/mesh.h"
 
 #include <string.h>
@@ -29,7 +30,8 @@ typedef struct qni_write_job {
     qn_context *context;
     qn_mesh_view view;
     bool ascii;
-    float *curvature[2]; /* of each vertex, mean and Gaussian; NULL when not wanted */
+    float *curvature[2];     /* of each vertex, mean and Gaussian; NULL when not wanted */
+    qni_diagonals diagonals; /* for formats without quads */
 } qni_write_job;
 
 /* Each writes into an open output and leaves failures there; the caller commits. The ones that can

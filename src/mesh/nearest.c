@@ -350,12 +350,19 @@ qn_status qni_nearest_create(qn_context *context, const qn_mesh *mesh, const cha
     const qni_nearest nothing = {.context = context, .positions = mesh->positions};
     *nearest_out = nothing;
     qn_mesh_report report;
-    qni_check check = {context, qn_mesh_get_view(mesh), NULL, &report, error, stage};
+    qni_check check = {.context = context,
+                       .mesh = qn_mesh_get_view(mesh),
+                       .report = &report,
+                       .error = error,
+                       .stage = stage};
     check.vertex_flags = qni_alloc_zero(context, mesh->vertex_count, 1);
     if (!check.vertex_flags)
         return qni_fail_memory(error, "a tree of boxes over triangles");
     look_at_vertices(mesh, check.vertex_flags, report.bounds);
-    const qn_status status = build(&check, nearest_out);
+    qn_status status = qni_diagonals_choose(context, &check.mesh, &check.diagonals, error);
+    if (status == QN_OK)
+        status = build(&check, nearest_out);
+    qni_diagonals_free(&check.diagonals);
     qni_free(context, check.vertex_flags, mesh->vertex_count, 1);
     if (status != QN_OK)
         *nearest_out = nothing; /* a tree that failed has given its memory back */

@@ -4,6 +4,7 @@
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
+#include "mesh/diagonals.h"
 
 #include <math.h>
 #include <string.h>
@@ -41,9 +42,7 @@ bool qni_quad_splits_02(const float *positions, const uint32_t quad[4]) {
 }
 
 void qni_split_quad(const float *positions, const uint32_t q[4], uint32_t out[6]) {
-    const uint32_t by_02[6] = {q[0], q[1], q[2], q[0], q[2], q[3]};
-    const uint32_t by_13[6] = {q[0], q[1], q[3], q[1], q[2], q[3]};
-    memcpy(out, qni_quad_splits_02(positions, q) ? by_02 : by_13, sizeof by_02);
+    qni_cut_quad(q, qni_quad_splits_02(positions, q), out);
 }
 
 /* Owners of the quads' halves and of the triangles behind them; without any when none are known. */
@@ -72,17 +71,21 @@ qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *erro
         return QN_OK;
     int64_t quad_count = mesh->quad_count;
     int64_t count = mesh->triangle_count + 2 * quad_count;
+    const qn_mesh_view view = qn_mesh_get_view(mesh);
+    qni_diagonals diagonals;
+    QN_TRY(qni_diagonals_choose(context, &view, &diagonals, error));
     uint32_t *triangles = qni_alloc(context, count, 3 * sizeof(uint32_t));
     if (!triangles || !split_owners(context, mesh, count)) {
         qni_free(context, triangles, count, 3 * sizeof(uint32_t));
+        qni_diagonals_free(&diagonals);
         return qni_fail(error, QN_ERROR_OUT_OF_MEMORY, "not enough memory for %lld triangles",
                         (long long)count);
     }
-    const float *positions = mesh->positions;
     const uint32_t *quads = mesh->quads;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
     for (int64_t i = 0; i < quad_count; ++i)
-        qni_split_quad(positions, quads + 4 * i, triangles + 6 * i);
+        qni_cut_quad(quads + 4 * i, qni_along_02(&diagonals, i), triangles + 6 * i);
+    qni_diagonals_free(&diagonals);
     if (mesh->triangle_count)
         memcpy(triangles + 6 * quad_count, mesh->triangles,
                (size_t)mesh->triangle_count * 3 * sizeof(uint32_t));

@@ -57,19 +57,28 @@ static qn_status write_split(qn_context *context, const qn_mesh *mesh, const cha
     return status;
 }
 
-static qn_status write_job(const qni_write_job *job, qni_mesh_format format, const char *path,
-                           qn_error *error) {
-    if (format == QNI_STL)
-        QN_TRY(qni_check_stl(job, error));
-    if (format == QNI_GLB)
-        QN_TRY(qni_check_glb(job, error));
-
+static qn_status write_to(const qni_write_job *job, qni_mesh_format format, const char *path,
+                          qn_error *error) {
     static void (*const writers[])(const qni_write_job *, qni_output *) = {
         qni_write_ply, qni_write_obj, qni_write_stl, qni_write_off, qni_write_glb};
     qni_output output;
     QN_TRY(qni_output_open(&output, job->context, path, error));
     writers[format](job, &output);
     return qni_output_commit(&output, error);
+}
+
+static qn_status write_job(qni_write_job *job, qni_mesh_format format, const char *path,
+                           qn_error *error) {
+    if (format == QNI_STL)
+        QN_TRY(qni_check_stl(job, error));
+    if (format == QNI_GLB)
+        QN_TRY(qni_check_glb(job, error));
+    if (format != QNI_STL && format != QNI_GLB)
+        return write_to(job, format, path, error);
+    QN_TRY(qni_diagonals_choose(job->context, &job->view, &job->diagonals, error));
+    const qn_status status = write_to(job, format, path, error);
+    qni_diagonals_free(&job->diagonals);
+    return status;
 }
 
 static qn_status write_curvature(const qn_mesh *mesh, qni_write_job *job, qni_mesh_format format,

@@ -166,7 +166,8 @@ static void write_floats(const float *values, int64_t count, double start, qni_o
     }
 }
 
-static void write_indices(const qn_mesh_view *view, qni_output *output) {
+static void write_indices(const qni_write_job *job, qni_output *output) {
+    const qn_mesh_view *view = &job->view;
     int64_t count = view->quad_count + view->triangle_count;
     for (int64_t i = 0; i < count; ++i) {
         if (i % QNI_PROGRESS_STEP == 0 &&
@@ -176,7 +177,7 @@ static void write_indices(const qn_mesh_view *view, qni_output *output) {
         const uint32_t *indices = pair;
         int corners = 6;
         if (i < view->quad_count) {
-            qni_split_quad(view->positions, view->quads + 4 * i, pair);
+            qni_cut_quad(view->quads + 4 * i, qni_along_02(&job->diagonals, i), pair);
         } else {
             indices = view->triangles + 3 * (i - view->quad_count);
             corners = 3;
@@ -210,5 +211,5 @@ void qni_write_glb(const qni_write_job *job, qni_output *output) {
     write_floats(view->positions, 3 * view->vertex_count, 0, output);
     if (view->normals)
         write_floats(view->normals, 3 * view->vertex_count, 0.3, output);
-    write_indices(view, output);
+    write_indices(job, output);
 }

@@ -88,7 +88,7 @@ static void write_facets(const qni_write_job *job, qni_output *output) {
             return;
         if (i < view->quad_count) {
             uint32_t pair[6];
-            qni_split_quad(view->positions, view->quads + 4 * i, pair);
+            qni_cut_quad(view->quads + 4 * i, qni_along_02(&job->diagonals, i), pair);
             write_facet(job, pair, output);
             write_facet(job, pair + 3, output);
         } else {

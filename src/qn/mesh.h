@@ -42,7 +42,10 @@ QN_API qn_mesh_view qn_mesh_get_view(const qn_mesh *mesh);
 
 /* Split every quad into two triangles along the diagonal that makes the smallest angle largest
  * (the MaxMin angle criterion of [DMC21] section 5.3; ties take the diagonal from the quad's first
- * corner). */
+ * corner), or along the other one where an edge of other faces lies there, so that a manifold stays
+ * one. Files without quads (STL, GLB), qn_mesh_check() and qn_mesh_compare() cut them alike. Quads
+ * whose diagonals both are edges elsewhere keep the first; a warning is logged with their number.
+ */
 QN_API qn_status qn_mesh_triangulate(qn_context *context, qn_mesh *mesh, qn_error *error);
 
 /* ---- halfedges ------------------------------------------------------------------------------- */

@@ -2,6 +2,7 @@
 /* qn_mesh_check() on random soups against plain counting, every face with every other; and the same
  * counts when vertices and faces are shuffled and the axes turned, for every number of threads. */
 #include "lib/support.h"
+#include "mesh/diagonals.h"
 #include "mesh/mesh.h"
 #include "mesh/predicates.h"
 #include "mesh/triangle_pair.h"
@@ -30,20 +31,18 @@ static int roll(int low, int high) {
     return (int)test_random_range(&dice, low, high);
 }
 
+static qn_mesh_view view_of(const soup *s) {
+    const qn_mesh_view view = {.vertex_count = s->vertices,
+                               .quad_count = s->quads,
+                               .triangle_count = s->triangles,
+                               .positions = s->positions[0],
+                               .quads = s->quad[0],
+                               .triangles = s->triangle[0]};
+    return view;
+}
+
 static qn_mesh_report check(const soup *s, int32_t threads) {
-    const qn_mesh_view view = {s->vertices,
-                               s->quads,
-                               s->triangles,
-                               s->positions[0],
-                               NULL,
-                               s->quad[0],
-                               s->triangle[0],
-                               "",
-                               "",
-                               NULL,
-                               0,
-                               NULL,
-                               NULL};
+    const qn_mesh_view view = view_of(s);
     qn_context *context = test_context(threads);
     qn_mesh *mesh;
     qn_mesh_report report;
@@ -183,15 +182,21 @@ static int64_t count_duplicate_faces(int faces) {
 
 static int split_soup(const soup *s, uint32_t out[][3]) {
     int count = 0, kept = 0;
+    const qn_mesh_view view = view_of(s);
+    qn_context *context = test_context(1);
+    qni_diagonals diagonals;
+    assert_int_equal(qni_diagonals_choose(context, &view, &diagonals, NULL), QN_OK);
     for (int q = 0; q < s->quads; ++q) {
         const uint32_t *v = s->quad[q];
         if (rings[q].count == 0)
             continue;
-        int other = qni_quad_splits_02(s->positions[0], v) ? 0 : 1;
+        int other = qni_along_02(&diagonals, q) ? 0 : 1;
         for (int k = 0; k < 2; ++k, ++count)
             for (int i = 0; i < 3; ++i)
                 out[count][i] = v[(other + 2 * k + i) % 4];
     }
+    qni_diagonals_free(&diagonals);
+    test_context_end(context);
     for (int t = 0; t < s->triangles; ++t)
         if (rings[s->quads + t].count)
             memcpy(out[count++], s->triangle[t], sizeof out[0]);
