@@ -187,6 +187,12 @@ bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out,
 bool qni_patch_trace(qni_patch *patch, const qni_face_feature *features);
 /* Place the apex of each loop (feature.c); `on_surface`: move smooth ones onto the surface. */
 qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally);
+/* Where the sheets between a loop's sharp features meet, next to the middle of the features; with
+ * two features, in the plane across (sheets.c). False when that is not found on the surface. */
+bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
+                           double point[3]);
+/* Is a point on the surface, to first order? */
+bool qni_patch_on_surface(const qni_patch *patch, const double point[3], double tolerance);
 /* Triangles of all loops (triangulate.c); in a cell of several loops they are kept apart
  * (separate.c). */
 void qni_patch_fan(qni_patch *patch, qni_loop *loop);

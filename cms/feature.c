@@ -157,210 +157,13 @@ static qn_status place_smooth(qni_patch *patch, qni_loop *loop, bool on_surface)
     return QN_OK;
 }
 
-/* ---- sheets: what lies between two sharp features that follow each other in the loop
- */
-
-enum { MOST_SHEETS = 16, REFINE_STEPS = 12 };
-
-typedef struct sheet {
-    double at[3], normal[3];
-    double middle[3]; /* of all its vertices */
-    bool fixed;       /* a plane to stay in */
-} sheet;
-
-static double height_over(const qni_loop_vertex *plane, const float place[3]) {
-    double height = 0;
-    for (int k = 0; k < 3; ++k)
-        height += plane->normal[k] * ((double)place[k] - plane->at[k]);
-    return fabs(height);
-}
-
-static double distance2(const double a[3], const double b[3]) {
-    double sum = 0;
-    for (int k = 0; k < 3; ++k)
-        sum += (a[k] - b[k]) * (a[k] - b[k]);
-    return sum;
-}
-
-/* The vertex that speaks for the sheet from one sharp feature to the next: the crossing next to a
- * point; without any, the feature in whose plane both lie. */
-static const qni_loop_vertex *speaker_of(const qni_patch *patch, const qni_loop *loop, int32_t from,
-                                         int32_t to, const double point[3]) {
-    const qni_loop_vertex *v = patch->vertices + loop->first, *best = NULL;
-    double least = HUGE_VAL;
-    for (int32_t n = from + 1; n < to; ++n) {
-        const qni_loop_vertex *vertex = &v[n % loop->count];
-        const double distance = distance2(vertex->at, point);
-        if (vertex->has_plane && distance < least) {
-            least = distance;
-            best = vertex;
-        }
-    }
-    for (int n = 0; n < 2 && least == HUGE_VAL; ++n) {
-        const qni_loop_vertex *a = &v[(n ? to : from) % loop->count],
-                              *b = &v[(n ? from : to) % loop->count];
-        if (a->has_plane && (!best || height_over(a, b->place) < height_over(best, a->place)))
-            best = a;
-    }
-    return best;
-}
-
-static void middle_of(const qni_loop_vertex *v, int32_t count, int32_t from, int32_t to,
-                      double middle[3]) {
-    for (int k = 0; k < 3; ++k) {
-        middle[k] = 0;
-        for (int32_t n = from; n <= to; ++n)
-            middle[k] += (double)v[n % count].place[k] / (to - from + 1);
-    }
-}
-
-static int32_t gather_sheets(const qni_patch *patch, const qni_loop *loop, const double point[3],
-                             sheet *sheets) {
-    const qni_loop_vertex *v = patch->vertices + loop->first;
-    int32_t count = 0, first = 0;
-    while (first < loop->count && !v[first].sharp)
-        ++first;
-    for (int32_t from = first; from < first + loop->count && count < MOST_SHEETS;) {
-        int32_t to = from + 1;
-        while (to < first + loop->count && !v[to % loop->count].sharp)
-            ++to;
-        const qni_loop_vertex *speaker = speaker_of(patch, loop, from, to, point);
-        if (speaker) {
-            sheets[count].fixed = false;
-            middle_of(v, loop->count, from, to, sheets[count].middle);
-            memcpy(sheets[count].at, speaker->at, sizeof sheets->at);
-            memcpy(sheets[count++].normal, speaker->normal, sizeof sheets->normal);
-        }
-        from = to;
-    }
-    return count;
-}
-
-/* The least-norm point of the sheets' tangent planes about a centre. */
-static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const double centre[3],
-                         double point[3]) {
-    double rows[3 * MOST_SHEETS], heights[MOST_SHEETS], step[3];
-    for (int32_t n = 0; n < count; ++n) {
-        memcpy(rows + 3 * n, sheets[n].normal, sizeof sheets->normal);
-        heights[n] = 0;
-        for (int k = 0; k < 3; ++k)
-            heights[n] += sheets[n].normal[k] * (sheets[n].at[k] - centre[k]);
-    }
-    if (!qni_solve_planes(rows, heights, count, rank, step))
-        return false;
-    for (int k = 0; k < 3; ++k)
-        point[k] = centre[k] + step[k];
-    return true;
-}
-
-/* The tangent again, most of the way towards a point; less of it where that is too far. False when
- * it was not most of the way. */
-static bool approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
-    const double distance = sqrt(distance2(tangent->at, point));
-    if (tangent->fixed || !(distance > 1e-9 * patch->size))
-        return true;
-    static const double shares[3] = {0.9, 0.5, 0.2}, reaches[3] = {0.3, 0.5, 0.3};
-    for (int attempt = 0; attempt < 3; ++attempt) {
-        const double share = shares[attempt], reach = reaches[attempt];
-        double target[3], at[3], normal[3];
-        for (int k = 0; k < 3; ++k)
-            target[k] = tangent->at[k] + share * (point[k] - tangent->at[k]);
-        if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal,
-                              reach * distance, at, normal))
-            continue;
-        memcpy(tangent->at, at, sizeof at);
-        memcpy(tangent->normal, normal, sizeof normal);
-        return attempt == 0;
-    }
-    return false;
-}
-
-/* The tangent again in the midst of its sheet: the way from there to a point stays on the sheet
- * where that from its rim may not. */
-static void settle(const qni_patch *patch, sheet *tangent, const double point[3]) {
-    double target[3], at[3], normal[3], height = 0;
-    for (int k = 0; k < 3; ++k) {
-        target[k] = 0.5 * (tangent->middle[k] + point[k]);
-        height += tangent->normal[k] * (target[k] - tangent->at[k]);
-    }
-    for (int k = 0; k < 3; ++k)
-        target[k] -= height * tangent->normal[k];
-    const double distance = sqrt(distance2(target, tangent->at));
-    if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal, 0.5 * distance,
-                          at, normal))
-        return;
-    memcpy(tangent->at, at, sizeof at);
-    memcpy(tangent->normal, normal, sizeof normal);
-}
-
-/* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */
-static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, int32_t rank,
-                        double point[3]) {
-    const double cell = patch->hermite->lattice.cell;
-    double next[3];
-    if (!solve_sheets(sheets, count, rank, point, next))
-        return false;
-    memcpy(point, next, sizeof next);
-    for (int32_t n = 0; n < count; ++n)
-        if (!sheets[n].fixed)
-            settle(patch, &sheets[n], point);
-    for (int step = 0; step < REFINE_STEPS; ++step) {
-        bool close = true;
-        for (int32_t n = 0; n < count; ++n)
-            close = approach(patch, &sheets[n], point) && close;
-        if (!solve_sheets(sheets, count, rank, point, next))
-            return false;
-        const double moved = sqrt(distance2(next, point));
-        if (!(moved < 2 * patch->size))
-            return false;
-        memcpy(point, next, sizeof next);
-        if (close && moved < 1e-7 * cell)
-            return true;
-    }
-    return false;
-}
-
-/* Is the point on the surface, to first order? */
-static bool is_on_surface(const qni_patch *patch, const double point[3], double tolerance) {
-    const qn_solid *solid = patch->solid;
-    double value, gradient[3];
-    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
-        solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
-            QN_OK)
-        return false;
-    return value == 0 || fabs(value) <= tolerance * sqrt(dot3(gradient, gradient));
-}
-
-/* The plane through the middle between the loop's two features, across the way between them. */
-static bool plane_across(const qni_patch *patch, const qni_loop *loop, const double middle[3],
-                         sheet *plane) {
-    double length = 0;
-    int32_t n = 0;
-    while (!patch->vertices[loop->first + n].sharp)
-        ++n;
-    for (int k = 0; k < 3; ++k) {
-        plane->at[k] = middle[k];
-        plane->normal[k] = (double)patch->vertices[loop->first + n].place[k] - middle[k];
-        length += plane->normal[k] * plane->normal[k];
-    }
-    length = sqrt(length);
-    for (int k = 0; k < 3; ++k)
-        plane->normal[k] /= length > 0 ? length : 1;
-    plane->fixed = true;
-    return length > 0;
-}
-
 /* Two features: from the middle between them to the crease itself. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     double middle[3], point[3];
-    sheet sheets[MOST_SHEETS];
     mean_of(patch, loop, true, middle);
-    memcpy(point, middle, sizeof point);
-    const int32_t count = gather_sheets(patch, loop, middle, sheets);
-    const bool found = count == 2 && plane_across(patch, loop, middle, &sheets[2]) &&
-                       meet_sheets(patch, sheets, 3, 3, point) && is_inside(patch, point) &&
-                       is_on_surface(patch, point, 1e-3 * patch->size);
-    loop->escaped = !found && !is_on_surface(patch, middle, 2e-5 * patch->hermite->lattice.cell);
+    const bool found = qni_patch_meet_sheets(patch, loop, middle, point) && is_inside(patch, point);
+    loop->escaped =
+        !found && !qni_patch_on_surface(patch, middle, 2e-5 * patch->hermite->lattice.cell);
     set_apex(patch, loop, found ? point : middle);
 }
 
@@ -410,12 +213,8 @@ static bool reach_beyond(const qni_patch *patch, qni_loop *loop, const double po
 /* Three features and more: where all sheets meet. */
 static void place_corner(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
-    sheet sheets[MOST_SHEETS];
     mean_of(patch, loop, true, mean);
-    memcpy(point, mean, sizeof point);
-    const int32_t count = gather_sheets(patch, loop, mean, sheets);
-    if (count >= 3 && meet_sheets(patch, sheets, count, 3, point) &&
-        is_on_surface(patch, point, 1e-3 * patch->size)) {
+    if (qni_patch_meet_sheets(patch, loop, mean, point)) {
         if (is_inside(patch, point)) {
             set_apex(patch, loop, point);
             return;
@@ -434,7 +233,7 @@ static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_sur
         mean_of(patch, loop, false, mean);
         if (solve_about(patch, loop, 3, mean, point) && is_inside(patch, point) &&
             largest_height(patch, loop, point) < 1e-3 * patch->size &&
-            is_on_surface(patch, point, 1e-3 * patch->size)) {
+            qni_patch_on_surface(patch, point, 1e-3 * patch->size)) {
             loop->clusters = 3;
             set_apex(patch, loop, point);
             return QN_OK;
