@@ -6,21 +6,9 @@
 #include "core/context.h"
 #include "core/cube_hd.h"
 #include "core/parallel.h"
+#include "core/status.h"
 
 #include <string.h>
-
-static bool grow(qni_stages *stages, void **items, int64_t *capacity, int64_t wanted, size_t size) {
-    if (wanted <= *capacity)
-        return true;
-    int64_t more = *capacity ? *capacity + *capacity / 2 : 64;
-    more = more < wanted ? wanted : more;
-    void *fresh = qni_realloc(stages->context, *items, *capacity, more, size);
-    if (!fresh)
-        return false;
-    *items = fresh;
-    *capacity = more;
-    return true;
-}
 
 /* ---- faces
  * --------------------------------------------------------------------------------------- */
@@ -32,10 +20,10 @@ static bool owns_face(const qni_octree *octree, const qni_cell *cell, int face) 
 }
 
 static bool keep_solution(qni_stages *stages, qni_chunk *chunk, const qni_face_solution *solution) {
-    if (!grow(stages, (void **)&chunk->segments, &chunk->segment_capacity,
-              chunk->segment_count + solution->count, sizeof *chunk->segments) ||
-        !grow(stages, (void **)&chunk->features, &chunk->feature_capacity,
-              chunk->feature_count + solution->feature_count, sizeof *chunk->features))
+    if (!qni_stages_grow(stages, (void **)&chunk->segments, &chunk->segment_capacity,
+                         chunk->segment_count + solution->count, sizeof *chunk->segments) ||
+        !qni_stages_grow(stages, (void **)&chunk->features, &chunk->feature_capacity,
+                         chunk->feature_count + solution->feature_count, sizeof *chunk->features))
         return false;
     for (int n = 0; n < solution->count; ++n) {
         qni_segment segment = solution->segments[n];
@@ -81,7 +69,8 @@ void qni_chunk_faces(qni_stages *stages, int64_t index) {
         return;
     chunk->segment_count = chunk->feature_count = 0;
     chunk->face_tally = none;
-    if (!grow(stages, (void **)&chunk->faces, &chunk->face_capacity, leaves, sizeof *chunk->faces))
+    if (!qni_stages_grow(stages, (void **)&chunk->faces, &chunk->face_capacity, leaves,
+                         sizeof *chunk->faces))
         chunk->status = QN_ERROR_OUT_OF_MEMORY;
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
         chunk->status = faces_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()],
@@ -131,9 +120,21 @@ static bool gather_face(qni_stages *stages, qni_patch *patch, const qni_cell *ce
     return leaf < 0 || take_segments(stages, patch, leaf, face ^ 1, out);
 }
 
-static bool gather_cell(qni_stages *stages, qni_patch *patch, int64_t leaf) {
+static bool holds(const qni_cell_box *box, const int32_t low[3]) {
+    for (int k = 0; k < 3; ++k)
+        if (low[k] < box->low[k] || low[k] >= box->low[k] + box->size[k])
+            return false;
+    return true;
+}
+
+/* The pieces of a leaf; of one in a union, without those on walls to its other members. */
+static bool gather_cell(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                        const qni_cell_box *box) {
     const qni_cell *cell = &stages->octree->leaves[leaf];
     for (int face = 0; face < QNI_FACES; ++face) {
+        const qni_cell across = qni_cell_across(cell, face);
+        if (box && holds(box, across.low))
+            continue;
         const bool out = qni_face_points_out(face);
         if (owns_face(stages->octree, cell, face) ? !take_segments(stages, patch, leaf, face, out)
                                                   : !gather_face(stages, patch, cell, face, out))
@@ -142,114 +143,14 @@ static bool gather_cell(qni_stages *stages, qni_patch *patch, int64_t leaf) {
     return true;
 }
 
-static uint32_t ref_of(const qni_patch *patch, int32_t vertex, const uint32_t *apex_refs,
-                       int64_t inner_first) {
-    if (vertex < 0)
-        return apex_refs[-1 - vertex];
-    if (vertex >= QNI_INNER)
-        return QNI_REF_APEX | (uint32_t)(inner_first + (vertex - QNI_INNER));
-    return patch->vertices[vertex].ref;
-}
-
-/* The owner of the loop's piece between two vertices: that of the crossing at its end, features lie
- * between. */
-static int32_t owner_of(const qni_patch *patch, const int32_t triangle[4]) {
-    if (triangle[3] >= 0)
-        return patch->vertices[triangle[3]].owner;
-    for (int k = 0; k < 3; ++k)
-        if (triangle[k] >= 0 && triangle[k] < QNI_INNER && patch->vertices[triangle[k]].crossing)
-            return patch->vertices[triangle[k]].crossing->owner;
-    return -1;
-}
-
-static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32_t b) {
-    if (!grow(stages, (void **)&chunk->creases, &chunk->crease_capacity, chunk->crease_count + 1,
-              sizeof *chunk->creases))
-        return false;
-    chunk->creases[chunk->crease_count][0] = a;
-    chunk->creases[chunk->crease_count++][1] = b;
-    return true;
-}
-
-/* From a fan's apex to each sharp feature on the walls; not from one that had to be put where no
- * corner is. */
-static bool emit_spokes(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
-                        const qni_loop *loop, uint32_t apex) {
-    for (int32_t m = 0; m < loop->count; ++m) {
-        const qni_loop_vertex *vertex = &patch->vertices[loop->first + m];
-        if (vertex->sharp && !emit_crease(stages, chunk, vertex->ref, apex))
+static bool gather_union(qni_stages *stages, qni_patch *patch, const qni_cell_box *box) {
+    qni_cell cell = {{0, 0, 0}, 0};
+    for (int32_t n = 0; qni_box_member(box, n, &cell); ++n) {
+        const int64_t leaf = qni_octree_find_leaf(stages->octree, &cell);
+        if (leaf >= 0 && !gather_cell(stages, patch, leaf, box))
             return false;
     }
     return true;
-}
-
-static bool is_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
-    const double *m = patch->vertices[a[3]].normal, *n = patch->vertices[b[3]].normal;
-    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < patch->settings->crease_cosine;
-}
-
-/* Is the edge between two triangles a crease? It joins two sharp features, and their tangent planes
- * differ enough. */
-static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
-                      const int32_t a[4], const int32_t b[4]) {
-    int32_t shared[2] = {0, 0};
-    int count = 0;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            if (a[i] == b[j] && count < 2)
-                shared[count++] = a[i];
-    return count < 2 || !patch->vertices[shared[0]].sharp || !patch->vertices[shared[1]].sharp ||
-           !is_folded(patch, a, b) ||
-           emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
-                       patch->vertices[shared[1]].ref);
-}
-
-static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
-                         const uint32_t *apex_refs) {
-    for (int64_t n = 0; n < patch->loop_count; ++n) {
-        const qni_loop *loop = &patch->loops[n];
-        if (loop->has_apex && !loop->escaped &&
-            !emit_spokes(stages, chunk, patch, loop, apex_refs[n]))
-            return false;
-        for (int32_t s = 0; s < loop->triangle_count && !loop->has_apex; ++s)
-            for (int32_t t = s + 1; t < loop->triangle_count; ++t) {
-                const int32_t *a = patch->triangles[loop->triangle_first + s],
-                              *b = patch->triangles[loop->triangle_first + t];
-                if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b))
-                    return false;
-            }
-    }
-    return true;
-}
-
-/* Hand the patch over: apexes of loops that have one first, then inner points. */
-static bool emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch) {
-    const int64_t most = patch->loop_count + patch->inner_count;
-    if (!grow(stages, (void **)&chunk->apexes, &chunk->apex_capacity, chunk->apex_count + most,
-              sizeof *chunk->apexes) ||
-        !grow(stages, (void **)&chunk->triangles, &chunk->triangle_capacity,
-              chunk->triangle_count + patch->triangle_count, sizeof *chunk->triangles) ||
-        !grow(stages, (void **)&chunk->owners, &chunk->owner_capacity,
-              chunk->triangle_count + patch->triangle_count, sizeof *chunk->owners) ||
-        !qni_patch_grow(patch, (void **)&patch->scratch, &patch->scratch_capacity,
-                        patch->loop_count, sizeof *patch->scratch))
-        return false;
-    uint32_t *apex_refs = (uint32_t *)patch->scratch;
-    for (int64_t n = 0; n < patch->loop_count; ++n) {
-        apex_refs[n] = QNI_REF_APEX | (uint32_t)chunk->apex_count;
-        if (patch->loops[n].has_apex)
-            memcpy(chunk->apexes[chunk->apex_count++], patch->loops[n].apex, sizeof *chunk->apexes);
-    }
-    const int64_t inner_first = chunk->apex_count;
-    for (int64_t n = 0; n < patch->inner_count; ++n)
-        memcpy(chunk->apexes[chunk->apex_count++], patch->inner[n], sizeof *chunk->apexes);
-    for (int64_t t = 0; t < patch->triangle_count; ++t) {
-        for (int k = 0; k < 3; ++k)
-            chunk->triangles[chunk->triangle_count][k] =
-                ref_of(patch, patch->triangles[t][k], apex_refs, inner_first);
-        chunk->owners[chunk->triangle_count++] = owner_of(patch, patch->triangles[t]);
-    }
-    return emit_creases(stages, chunk, patch, apex_refs);
 }
 
 static bool lies_across_bounds(const qni_lattice *lattice, const qni_cell *cell) {
@@ -275,33 +176,96 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
            before->unresolved_cells == after->unresolved_cells;
 }
 
+/* What gets a union its try (unite.c). */
+static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
+                         const qni_cms_tally *before) {
+    qni_trouble trouble = {.cell = {patch->cell.low[0], patch->cell.low[1], patch->cell.low[2]}};
+    bool bad = patch->dropped > 0 || before->moved_loops != chunk->cell_tally.moved_loops;
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        const qni_loop *loop = &patch->loops[n];
+        bad = bad || loop->escaped;
+        trouble.reaches = trouble.reaches || loop->beyond;
+        if (loop->beyond || (loop->knows_corner && !trouble.knows_corner)) {
+            memcpy(trouble.corner, loop->beyond ? loop->apex : loop->corner, sizeof trouble.corner);
+            trouble.knows_corner = true;
+        }
+    }
+    if (!bad && !trouble.reaches)
+        return true;
+    if (!qni_stages_grow(stages, (void **)&chunk->troubles, &chunk->trouble_capacity,
+                         chunk->trouble_count + 1, sizeof *chunk->troubles))
+        return false;
+    chunk->troubles[chunk->trouble_count++] = trouble;
+    return true;
+}
+
+qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                         const qni_cell_box *box, qni_cms_tally *tally, bool *closed) {
+    patch->octree = stages->octree;
+    patch->unions = &stages->unions;
+    if (box)
+        qni_patch_set_union(patch, box);
+    else
+        qni_patch_set_cell(patch, &stages->octree->leaves[leaf]);
+    if (box ? !gather_union(stages, patch, box) : !gather_cell(stages, patch, leaf, NULL))
+        return QN_ERROR_OUT_OF_MEMORY;
+    *closed = qni_patch_trace(patch, stages->features);
+    if (!*closed)
+        return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+    QN_TRY(qni_patch_place_apexes(patch, true, tally));
+    QN_TRY(qni_patch_triangulate(patch, tally));
+    return box ? QN_OK : qni_patch_separate(patch, tally);
+}
+
+/* The lowest leaf of a union makes all of it. */
+static bool makes_union(const qni_stages *stages, const qni_cell_box *box, int64_t leaf) {
+    qni_cell cell = {{0, 0, 0}, 0};
+    for (int32_t n = 0; qni_box_member(box, n, &cell); ++n) {
+        const int64_t member = qni_octree_find_leaf(stages->octree, &cell);
+        if (member >= 0)
+            return member == leaf;
+    }
+    return false;
+}
+
+static qn_status make_united(qni_stages *stages, qni_chunk *chunk, const qni_cell_box *box,
+                             qni_patch *patch) {
+    bool closed;
+    QN_TRY(qni_make_patch(stages, patch, -1, box, &chunk->cell_tally, &closed));
+    ++chunk->cell_tally.united_cells;
+    if (!closed)
+        return QN_ERROR_INTERNAL;
+    return qni_chunk_emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
+}
+
 static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf,
                               qni_patch *patch) {
-    patch->octree = stages->octree;
-    qni_patch_set_cell(patch, &stages->octree->leaves[leaf]);
-    if (!gather_cell(stages, patch, leaf))
-        return QN_ERROR_OUT_OF_MEMORY;
-    if (stages->settings.open && lies_across_bounds(&stages->hermite->lattice, &patch->cell))
+    const qni_cell *cell = &stages->octree->leaves[leaf];
+    if (stages->settings.open && lies_across_bounds(&stages->hermite->lattice, cell)) {
+        gather_cell(stages, NULL, leaf, NULL);
         return QN_OK;
-    if (!qni_patch_trace(patch, stages->features)) {
-        ++chunk->cell_tally.open_loops;
-        return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_ERROR_INTERNAL;
+    }
+    const int64_t number = cell->level ? -1 : qni_find_union(&stages->unions, cell->low);
+    if (number >= 0) {
+        const qni_cell_box *box = &stages->unions.items[number];
+        return makes_union(stages, box, leaf) ? make_united(stages, chunk, box, patch) : QN_OK;
     }
     const qni_cms_tally before = chunk->cell_tally;
-    qn_status status = qni_patch_place_apexes(patch, true, &chunk->cell_tally);
-    if (status == QN_OK)
-        status = qni_patch_triangulate(patch, &chunk->cell_tally);
-    if (status == QN_OK)
-        status = qni_patch_separate(patch, &chunk->cell_tally);
-    if (status != QN_OK)
-        return status;
+    bool closed;
+    QN_TRY(qni_make_patch(stages, patch, leaf, NULL, &chunk->cell_tally, &closed));
+    if (!closed) {
+        ++chunk->cell_tally.open_loops;
+        return QN_ERROR_INTERNAL;
+    }
     if (!came_out_well(patch, &before, &chunk->cell_tally)) {
-        if (!grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity, chunk->veto_count + 1,
-                  sizeof *chunk->vetoes))
+        if (!qni_stages_grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity,
+                             chunk->veto_count + 1, sizeof *chunk->vetoes))
             return QN_ERROR_OUT_OF_MEMORY;
         chunk->vetoes[chunk->veto_count++] = patch->cell;
     }
-    return emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
+    if (cell->level == 0 && stages->unite && !note_trouble(stages, chunk, patch, &before))
+        return QN_ERROR_OUT_OF_MEMORY;
+    return qni_chunk_emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
 }
 
 void qni_chunk_cells(qni_stages *stages, int64_t index) {
@@ -309,7 +273,8 @@ void qni_chunk_cells(qni_stages *stages, int64_t index) {
     const qni_cms_tally none = {0};
     if (!chunk->make)
         return;
-    chunk->triangle_count = chunk->apex_count = chunk->crease_count = chunk->veto_count = 0;
+    chunk->triangle_count = chunk->apex_count = chunk->crease_count = chunk->veto_count =
+        chunk->trouble_count = 0;
     chunk->cell_tally = none;
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
         chunk->status = cell_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()]);
@@ -318,5 +283,5 @@ void qni_chunk_cells(qni_stages *stages, int64_t index) {
 void qni_chunk_recount(qni_stages *stages, int64_t index) {
     const qni_chunk *chunk = &stages->chunks[index];
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end; ++leaf)
-        gather_cell(stages, NULL, leaf);
+        gather_cell(stages, NULL, leaf, NULL);
 }

@@ -112,7 +112,7 @@ static qn_status recount(qni_stages *stages) {
 
 typedef struct assembly {
     uint32_t *crossing_index; /* final index of each crossing; QNI_NONE when no triangle uses it */
-    uint32_t *feature_index;  /* final place of each feature among them; NULL: they are in order */
+    uint32_t *feature_index;  /* the same of features; NULL: all are used, in their order */
     int64_t crossings, features, apexes, triangles, creases;
 } assembly;
 
@@ -120,9 +120,13 @@ static void mark_used(const qni_stages *stages, assembly *parts) {
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
         const qni_chunk *chunk = &stages->chunks[n];
         for (int64_t t = 0; t < chunk->triangle_count; ++t)
-            for (int k = 0; k < 3; ++k)
-                if (QNI_REF_KIND(chunk->triangles[t][k]) == QNI_REF_CROSSING)
-                    parts->crossing_index[QNI_REF_NUMBER(chunk->triangles[t][k])] = 0;
+            for (int k = 0; k < 3; ++k) {
+                const uint32_t ref = chunk->triangles[t][k];
+                if (QNI_REF_KIND(ref) == QNI_REF_CROSSING)
+                    parts->crossing_index[QNI_REF_NUMBER(ref)] = 0;
+                else if (QNI_REF_KIND(ref) == QNI_REF_FEATURE && parts->feature_index)
+                    parts->feature_index[QNI_REF_NUMBER(ref)] = 0;
+            }
     }
     for (int64_t n = 0; n < stages->hermite->crossing_count; ++n)
         if (parts->crossing_index[n] == 0)
@@ -132,12 +136,15 @@ static void mark_used(const qni_stages *stages, assembly *parts) {
 static void count_parts(qni_stages *stages, assembly *parts) {
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
         qni_chunk *chunk = &stages->chunks[n];
+        const int64_t before = parts->features;
         for (int64_t m = 0; parts->feature_index && m < chunk->feature_count; ++m)
-            parts->feature_index[chunk->feature_base + m] = (uint32_t)(parts->features + m);
+            if (parts->feature_index[chunk->feature_base + m] == 0)
+                parts->feature_index[chunk->feature_base + m] = (uint32_t)parts->features++;
+        if (!parts->feature_index)
+            parts->features = before + chunk->feature_count;
         chunk->apex_base = parts->apexes;
         chunk->triangle_base = parts->triangles;
         chunk->crease_base = parts->creases;
-        parts->features += chunk->feature_count;
         parts->apexes += chunk->apex_count;
         parts->triangles += chunk->triangle_count;
         parts->creases += chunk->crease_count;
@@ -172,8 +179,9 @@ static void fill_chunk(const qni_stages *stages, const assembly *parts, int64_t 
             mesh->crease_edges[2 * (chunk->crease_base + c) + k] =
                 final_index(parts, chunk, chunk->creases[c][k]);
     for (int64_t n = chunk->feature_base; n < chunk->feature_base + chunk->feature_count; ++n)
-        memcpy(mesh->positions + 3 * (parts->crossings + feature_place(parts, n)),
-               stages->features[n].place, 3 * sizeof(float));
+        if (feature_place(parts, n) != QNI_NONE)
+            memcpy(mesh->positions + 3 * (parts->crossings + feature_place(parts, n)),
+                   stages->features[n].place, 3 * sizeof(float));
     if (chunk->apex_count)
         memcpy(mesh->positions + 3 * (parts->crossings + parts->features + chunk->apex_base),
                chunk->apexes, sizeof *chunk->apexes * (size_t)chunk->apex_count);
@@ -204,6 +212,8 @@ static qn_status allocate_tags(qn_context *context, const assembly *parts, qn_me
 
 static qn_status make_mesh(qni_stages *stages, assembly *parts, qn_mesh **mesh_out) {
     memset(parts->crossing_index, 0xff, sizeof(uint32_t) * (size_t)stages->hermite->crossing_count);
+    if (parts->feature_index)
+        memset(parts->feature_index, 0xff, sizeof(uint32_t) * (size_t)stages->feature_count);
     mark_used(stages, parts);
     count_parts(stages, parts);
     qn_mesh *mesh = NULL;
@@ -253,6 +263,7 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->flat_loops += tally->flat_loops;
         report->escaped_corners += tally->escaped_corners;
         report->reaching_corners += tally->reaching_corners;
+        report->united_cells += tally->united_cells;
         report->multiple_cells += tally->multiple_cells;
         report->moved_loops += tally->moved_loops;
         report->nested_cells += tally->nested_cells;
@@ -279,16 +290,37 @@ static void report_sources(const qni_stages *stages, qn_solid_surface_report *re
 /* ---- the stages
  * ---------------------------------------------------------------------------------- */
 
+/* Cells that came out badly are tried together with those beside them. */
+static qn_status unite(qni_stages *stages, qni_veto_list *vetoes, bool may_divide) {
+    if (!stages->unite)
+        return QN_OK;
+    const int64_t listed = vetoes->count, added = vetoes->added;
+    QN_TRY(qni_stages_unite(stages, vetoes));
+    if (!may_divide) {
+        vetoes->count = listed;
+        vetoes->added = added;
+    } else if (vetoes->added) {
+        return QN_OK;
+    }
+    stages->renumbered = true; /* trials count segments too */
+    if (stages->unions.count == 0)
+        return QN_OK;
+    return run_chunks(stages, qni_chunk_cells, 0.85, 0.9);
+}
+
 /* `mesh_out` stays NULL when some leaves must be divided first and `again` is set. */
 static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *again,
                            qn_mesh **mesh_out, qn_solid_surface_report *report) {
     QN_TRY(qni_stages_cut(stages));
     QN_TRY(run_chunks(stages, qni_chunk_faces, 0, 0.4));
     QN_TRY(join_features(stages));
-    QN_TRY(run_chunks(stages, qni_chunk_cells, 0.4, 0.9));
+    QN_TRY(run_chunks(stages, qni_chunk_cells, 0.4, 0.85));
     QN_TRY(qni_stages_gather_vetoes(stages, vetoes));
+    if (!*again || vetoes->added == 0)
+        QN_TRY(unite(stages, vetoes, *again));
     *again = *again && vetoes->added > 0;
     if (*again) {
+        qni_unions_free(stages);
         qni_stages_divide(stages, vetoes);
         return QN_OK;
     }
@@ -332,6 +364,7 @@ static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsenin
         report->seconds_cms += qni_seconds() - built;
     }
     report->scratch_bytes = qn_context_memory(context).current_bytes;
+    qni_unions_free(stages);
     qni_stages_free(stages);
     for (int n = 0; n < 2; ++n)
         qni_octree_destroy(&octrees[n]);
@@ -357,6 +390,7 @@ static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_se
                          .patches = patches,
                          .solutions = solutions,
                          .threads = threads,
+                         .unite = settings->features && !settings->scalar,
                          .error = error};
     if (status == QN_OK)
         status = divide_until_well(&stages, &coarsening, uniform, mesh_out, report);

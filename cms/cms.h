@@ -46,7 +46,7 @@ typedef struct qni_cms_job {
 typedef struct qni_cms_tally {
     int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
     int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
-    int64_t reaching_corners;
+    int64_t reaching_corners, united_cells;
     int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
     int64_t tubes, nested_tubes, lost_tubes;
 } qni_cms_tally;
@@ -67,6 +67,7 @@ typedef struct qni_segment {
     uint32_t feature;  /* the first one's number: in the solution, then in the whole */
     uint8_t bends;     /* how many features follow each other */
     uint8_t used[2];   /* forward, reversed: the audit */
+    bool dropped;      /* its features were not found, or could not be kept */
 } qni_segment;
 
 /* A lattice face: its lowest corner, its axis, 2^level finest cells wide. Its own normal runs along
@@ -120,6 +121,8 @@ typedef struct qni_loop {
     int32_t clusters, sharp_count;
     bool escaped; /* a corner that is not in the cell */
     bool beyond;  /* its apex is in the empty cell across a wall */
+    bool knows_corner;
+    float corner[3]; /* of a corner that is not in the cell: where it is, if that is known */
 } qni_loop;
 
 typedef struct qni_directed {
@@ -142,7 +145,31 @@ void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite);
 void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell);
 void qni_nearby_end(qni_nearby *nearby);
 
-/* Everything about one cell; a thread keeps one and uses it again and again. */
+/* ---- unions of cells ----------------------------------------------------------------------------
+ */
+
+/* A box of finest cells that are made as one. */
+typedef struct qni_cell_box {
+    int32_t low[3], size[3];
+} qni_cell_box;
+
+typedef struct qni_union_member {
+    int32_t low[3]; /* a finest cell */
+    int32_t number; /* its union */
+} qni_union_member;
+
+typedef struct qni_unions {
+    qni_cell_box *items;
+    int64_t count, capacity;
+    qni_union_member *members; /* ascending z, y, x; number -1: a corner reaches into it */
+    int64_t member_count, member_capacity;
+} qni_unions;
+
+/* The union that holds a finest cell, or -1 (unite.c). */
+int64_t qni_find_union(const qni_unions *unions, const int32_t low[3]);
+
+/* Everything about one cell, or one union of cells; a thread keeps one and uses it again and again.
+ */
 typedef struct qni_patch {
     qn_context *context;
     const qni_hermite *hermite;
@@ -150,7 +177,10 @@ typedef struct qni_patch {
     const qn_solid *solid;    /* agrees with the whole one in the cell and half its width around */
     qni_nearby nearby;        /* which is that solid */
     const qni_octree *octree; /* NULL while there is none yet */
-    qni_cell cell;
+    const qni_unions *unions; /* NULL: none */
+    qni_cell cell;            /* the lowest one of a union */
+    bool united;
+    int32_t dropped; /* segments without their features */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */
     double size;
@@ -179,6 +209,7 @@ void qni_patch_free(qni_patch *patch);
 /* Grow an array of a patch; false and patch->failed when memory ran out. */
 bool qni_patch_grow(qni_patch *patch, void **items, int64_t *capacity, int64_t wanted, size_t size);
 void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell);
+void qni_patch_set_union(qni_patch *patch, const qni_cell_box *box);
 /* `out`: the way the segment runs as it is, else reversed; `base` is added to its features'
  * numbers. */
 bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out, uint32_t base);
@@ -207,8 +238,10 @@ static inline void qni_patch_drop_loop(qni_patch *patch, int loop) {
     patch->loops[loop].triangle_count = 0;
     patch->loops[loop].triangle_first = (int32_t)patch->triangle_count;
 }
-/* Do any two triangles of the patch meet beyond the vertices they share? (separate.c) */
+/* Do any two triangles of the patch meet beyond the vertices they share? And of different loops
+ * only? (separate.c) */
 bool qni_patch_meets_itself(const qni_patch *patch);
+bool qni_patch_loops_meet(const qni_patch *patch);
 /* Loops without their features: own vertices only, or fans from their means. */
 void qni_patch_rebuild_simply(qni_patch *patch, qni_loop *loop, bool fan);
 /* Two loops of a cell that are one tube (tube.c): whether there are, and their triangles. False

@@ -43,13 +43,11 @@ bool qni_patch_grow(qni_patch *patch, void **items, int64_t *capacity, int64_t w
     return true;
 }
 
-void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
+static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size[3]) {
     patch->cell = *cell;
-    qni_nearby_set_cell(&patch->nearby, cell);
     for (int k = 0; k < 3; ++k) {
         patch->low[k] = (float)qni_lattice_at(&patch->hermite->lattice, k, cell->low[k]);
-        patch->high[k] =
-            (float)qni_lattice_at(&patch->hermite->lattice, k, cell->low[k] + (1 << cell->level));
+        patch->high[k] = (float)qni_lattice_at(&patch->hermite->lattice, k, cell->low[k] + size[k]);
     }
     for (int k = 0; k < 3; ++k) {
         const double room = patch->hermite->lattice.clearance;
@@ -59,6 +57,22 @@ void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
     patch->size = patch->hermite->lattice.cell * (1 << cell->level);
     patch->piece_count = patch->vertex_count = patch->loop_count = patch->triangle_count =
         patch->inner_count = 0;
+    patch->dropped = 0;
+}
+
+void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
+    const int32_t width = 1 << cell->level, size[3] = {width, width, width};
+    start_box(patch, cell, size);
+    qni_nearby_set_cell(&patch->nearby, cell);
+    patch->united = false;
+}
+
+void qni_patch_set_union(qni_patch *patch, const qni_cell_box *box) {
+    const qni_cell lowest = {{box->low[0], box->low[1], box->low[2]}, 0};
+    const qni_cell about = {{box->low[0], box->low[1], box->low[2]}, 1}; /* as large as any union */
+    start_box(patch, &lowest, box->size);
+    qni_nearby_set_cell(&patch->nearby, &about);
+    patch->united = true;
 }
 
 bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out, uint32_t base) {
@@ -69,6 +83,7 @@ bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out,
                                 out ? segment->to : segment->from, segment->feature + base,
                                 segment->bends, !out};
     patch->pieces[patch->piece_count++] = piece;
+    patch->dropped += segment->dropped;
     return true;
 }
 

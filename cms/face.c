@@ -133,13 +133,14 @@ static void make_segments(const qni_face_job *job, qni_face_solution *solution, 
         if (!enter->enters)
             continue;
         qni_segment *segment = &solution->segments[solution->count++];
-        const qni_segment plain = {enter->number, leave->number, 0, 0, {0, 0}};
+        const qni_segment plain = {enter->number, leave->number, 0, 0, {0, 0}, false};
         *segment = plain;
         bool missing = qni_pair_is_sharp(job, enter, leave);
         if (with_features && missing)
             missing = !add_sharp(job, solution, segment, enter, leave);
         if (segment->bends == 0 && enter->side == leave->side)
             add_bend(job, solution, segment, enter, leave, bend_share);
+        segment->dropped = missing;
         solution->dropped += missing;
     }
 }

@@ -157,14 +157,26 @@ static qn_status place_smooth(qni_patch *patch, qni_loop *loop, bool on_surface)
     return QN_OK;
 }
 
+static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mean[3],
+                        const double *corner) {
+    loop->escaped = true;
+    loop->knows_corner = corner != NULL;
+    for (int k = 0; k < 3 && corner; ++k)
+        loop->corner[k] = (float)corner[k];
+    set_apex(patch, loop, mean);
+}
+
 /* Two features: from the middle between them to the crease itself. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     double middle[3], point[3];
     mean_of(patch, loop, true, middle);
-    const bool found = qni_patch_meet_sheets(patch, loop, middle, point) && is_inside(patch, point);
-    loop->escaped =
-        !found && !qni_patch_on_surface(patch, middle, 2e-5 * patch->hermite->lattice.cell);
-    set_apex(patch, loop, found ? point : middle);
+    const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
+    if (found && is_inside(patch, point))
+        set_apex(patch, loop, point);
+    else if (qni_patch_on_surface(patch, middle, 2e-5 * patch->hermite->lattice.cell))
+        set_apex(patch, loop, middle);
+    else
+        set_escaped(patch, loop, middle, found ? point : NULL);
 }
 
 /* The wall beyond which a point lies, in the pyramid that has the wall as its base and the centre
@@ -196,13 +208,15 @@ static int wall_before(const qni_patch *patch, const float place[3]) {
 static bool reach_beyond(const qni_patch *patch, qni_loop *loop, const double point[3]) {
     const float place[3] = {(float)point[0], (float)point[1], (float)point[2]};
     const int wall = wall_before(patch, place);
-    if (wall < 0 || !patch->octree || patch->cell.level != 0 || patch->loop_count != 1)
+    if (wall < 0 || !patch->octree || patch->cell.level != 0 || patch->united ||
+        patch->loop_count != 1)
         return false;
     for (int32_t n = 0; n < loop->count; ++n)
         if (patch->vertices[loop->first + n].walls & 1 << wall)
             return false;
     const qni_cell across = qni_cell_across(&patch->cell, wall);
-    if (!qni_octree_is_empty(patch->octree, across.low))
+    if (!qni_octree_is_empty(patch->octree, across.low) ||
+        (patch->unions && qni_find_union(patch->unions, across.low) >= 0))
         return false;
     memcpy(loop->apex, place, sizeof place);
     loop->has_apex = true;
@@ -219,11 +233,11 @@ static void place_corner(qni_patch *patch, qni_loop *loop) {
             set_apex(patch, loop, point);
             return;
         }
-        if (reach_beyond(patch, loop, point))
-            return;
+        if (!reach_beyond(patch, loop, point))
+            set_escaped(patch, loop, mean, point);
+        return;
     }
-    loop->escaped = true;
-    set_apex(patch, loop, mean);
+    set_escaped(patch, loop, mean, NULL);
 }
 
 /* No features: smooth, or the tip of a cone, where all tangent planes meet. */
@@ -243,7 +257,7 @@ static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_sur
 }
 
 static qn_status place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
-    loop->escaped = loop->beyond = false;
+    loop->escaped = loop->beyond = loop->knows_corner = false;
     loop->clusters = 1;
     if (loop->sharp_count == 0)
         return place_featureless(patch, loop, on_surface);

@@ -22,6 +22,7 @@ static void free_chunk(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->apexes, chunk->apex_capacity, sizeof *chunk->apexes);
     qni_free(context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
     qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
+    qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
 }
 
 static void free_chunks(qni_stages *stages) {
@@ -133,6 +134,12 @@ static qni_chunk *chunk_of_block(const qni_stages *stages, int64_t block) {
     return &stages->chunks[low];
 }
 
+qni_chunk *qni_stages_chunk_at(const qni_stages *stages, const int32_t cell[3]) {
+    const int64_t index =
+        qni_hermite_find(stages->hermite, cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
+    return index < 0 ? NULL : chunk_of_block(stages, index);
+}
+
 /* The chunk of the block beside a block, or NULL. */
 static qni_chunk *chunk_beside(const qni_stages *stages, const int32_t place[3], int face) {
     int32_t at[3] = {place[0], place[1], place[2]};
@@ -203,6 +210,19 @@ qn_status qni_stages_gather_vetoes(qni_stages *stages, qni_veto_list *list) {
         for (int64_t m = 0; stages->chunks[n].make && m < stages->chunks[n].veto_count; ++m)
             *next++ = stages->chunks[n].vetoes[m];
     list->count = total;
+    return QN_OK;
+}
+
+qn_status qni_stages_add_vetoes(qni_stages *stages, qni_veto_list *list, const qni_cell *cells,
+                                int64_t count) {
+    qni_cell *items =
+        qni_realloc(stages->context, list->items, list->count, list->count + count, sizeof *items);
+    if (!items)
+        return qni_fail_memory(stages->error, "a surface");
+    memcpy(items + list->count, cells, sizeof *cells * (size_t)count);
+    list->items = items;
+    list->count += count;
+    list->added += count;
     return QN_OK;
 }
 

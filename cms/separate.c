@@ -46,7 +46,7 @@ static bool triangles_meet(const qni_patch *patch, const int32_t a[3], const int
 }
 
 /* Triangles of different loops only: those of one loop are clean by construction. */
-static bool loops_meet(const qni_patch *patch) {
+bool qni_patch_loops_meet(const qni_patch *patch) {
     for (int64_t i = 0; i < patch->loop_count; ++i)
         for (int64_t j = i + 1; j < patch->loop_count; ++j) {
             const qni_loop *a = &patch->loops[i], *b = &patch->loops[j];
@@ -101,12 +101,12 @@ qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally) {
             return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
         rebuild_simply(patch, false);
     }
-    if (!loops_meet(patch))
+    if (!qni_patch_loops_meet(patch))
         return QN_OK;
     tally->moved_loops += patch->loop_count;
     for (int attempt = 0; attempt < 2 && !patch->failed; ++attempt) {
         rebuild_simply(patch, attempt == 1);
-        if (!loops_meet(patch))
+        if (!qni_patch_loops_meet(patch))
             return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
     }
     for (int attempt = 0; attempt < NEST_ATTEMPTS && !patch->failed; ++attempt)

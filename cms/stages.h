@@ -12,6 +12,14 @@ typedef struct qni_leaf_faces {
     uint8_t count[6];
 } qni_leaf_faces;
 
+/* A finest cell that did not come out well, or whose corner reaches into the empty cell beside it.
+ */
+typedef struct qni_trouble {
+    int32_t cell[3];
+    bool reaches, knows_corner;
+    float corner[3];
+} qni_trouble;
+
 /* The work on some leaves: those of a run of blocks, QNI_CHUNK of them or a little more, or as many
  * of the larger ones. Offsets come from sums over the chunks before. */
 typedef struct qni_chunk {
@@ -33,6 +41,8 @@ typedef struct qni_chunk {
     int64_t crease_count, crease_capacity, crease_base;
     qni_cell *vetoes; /* coarse leaves that must be divided */
     int64_t veto_count, veto_capacity;
+    qni_trouble *troubles;
+    int64_t trouble_count, trouble_capacity;
     qni_cms_tally face_tally, cell_tally;
     qn_status status;
 } qni_chunk;
@@ -50,6 +60,8 @@ typedef struct qni_stages {
         *features; /* of all chunks, as they were solved; some may be of no use any more
                     */
     int64_t feature_count;
+    bool unite; /* finest cells that do not come out well may be united with others */
+    qni_unions unions;
     bool renumbered;    /* chunks were solved anew: features do not lie in the chunks' order */
     qni_patch *patches; /* one for each thread */
     qni_face_solution *solutions;
@@ -62,6 +74,23 @@ void qni_chunk_faces(qni_stages *stages, int64_t chunk);
 void qni_chunk_cells(qni_stages *stages, int64_t chunk);
 /* Count anew which segments the chunk's cells use, after some chunks were made anew. */
 void qni_chunk_recount(qni_stages *stages, int64_t chunk);
+
+/* Hand over what a patch holds (emit.c). False when memory ran out. */
+bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch);
+bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_t wanted,
+                     size_t size);
+/* Loops, apexes and triangles of a leaf, or of a union of finest cells, whose loops may meet. */
+qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                         const qni_cell_box *box, qni_cms_tally *tally, bool *closed);
+/* The n-th finest cell of a box, x fastest; false when there are no more. */
+static inline bool qni_box_member(const qni_cell_box *box, int32_t n, qni_cell *cell) {
+    const int32_t at[3] = {n % box->size[0], n / box->size[0] % box->size[1],
+                           n / (box->size[0] * box->size[1])};
+    for (int k = 0; k < 3; ++k)
+        cell->low[k] = box->low[k] + at[k];
+    cell->level = 0;
+    return at[2] < box->size[2];
+}
 
 /* ---- rounds (rounds.c) --------------------------------------------------------------------------
  */
@@ -79,6 +108,11 @@ qn_status qni_stages_cut(qni_stages *stages);
 qn_status qni_stages_gather_vetoes(qni_stages *stages, qni_veto_list *list);
 /* Put the list in order, and mark the chunks that its new cells change, for another round. */
 void qni_stages_divide(qni_stages *stages, qni_veto_list *list);
+/* The chunk of the block that holds a finest cell; NULL where there is none. */
+qni_chunk *qni_stages_chunk_at(const qni_stages *stages, const int32_t cell[3]);
+/* Add cells to the list, as of this round. */
+qn_status qni_stages_add_vetoes(qni_stages *stages, qni_veto_list *list, const qni_cell *cells,
+                                int64_t count);
 /* The chunks' memory. */
 void qni_stages_free(qni_stages *stages);
 
@@ -88,5 +122,13 @@ typedef struct qni_remembered {
     const qni_octree *before; /* NULL: none */
 } qni_remembered;
 bool qni_ask_remembered(void *user, const qni_cell *cell);
+
+/* ---- unions (unite.c) ---------------------------------------------------------------------------
+ */
+
+/* Unite finest cells that did not come out well with cells beside them where that helps, and mark
+ * the chunks that this changes; coarse leaves in the way are added to the vetoes. */
+qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes);
+void qni_unions_free(qni_stages *stages);
 
 #endif

@@ -211,6 +211,8 @@ typedef struct qn_solid_surface_report {
     int64_t lost_tubes; /* tubes for which no way without a crossing was found: left as two discs */
     bool rounded; /* a volume whose matrix is oblique, or whose coordinates are large for its cells:
                    * vertices were rounded to floats again when they were moved to the world */
+    int64_t united_cells; /* boxes of 2 to 8 finest cells made as one, since a corner or crease
+                           * pokes through a wall between them where no lattice edge tells */
 } qn_solid_surface_report;
 
 /* Extract the surface of a solid by adaptive Cubical Marching Squares: triangles wound

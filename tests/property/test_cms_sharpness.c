@@ -186,27 +186,27 @@ static void measure_all(const char *name, make_model *make, double crease, int l
 
 static void cubes(void **state) {
     (void)state;
-    measure_all("cube", make_cube, 0, 5, test_count(12, 200), 0.99);
+    measure_all("cube", make_cube, 0, 5, test_count(12, 200), 1);
 }
 
 static void bored_cubes(void **state) {
     (void)state;
-    measure_all("bored cube", make_bored_cube, 0, 5, test_count(12, 200), 0.95);
+    measure_all("bored cube", make_bored_cube, 0, 5, test_count(12, 200), 1);
 }
 
 static void wedges(void **state) {
     (void)state;
-    measure_all("wedge", make_wedge, 0.5, 5, test_count(179, 179), 0.8);
+    measure_all("wedge", make_wedge, 0.5, 5, test_count(179, 179), 0.97);
 }
 
 static void figures_8(void **state) {
     (void)state;
-    measure_all("figure 8", make_figure_8, 0, 6, test_count(12, 200), 0.5);
+    measure_all("figure 8", make_figure_8, 0, 6, test_count(12, 200), 0.95);
 }
 
 static void bitten_corners(void **state) {
     (void)state;
-    measure_all("bitten corner", make_bitten_corner, 0, 6, test_count(12, 200), 0.85);
+    measure_all("bitten corner", make_bitten_corner, 0, 6, test_count(12, 200), 0.95);
 }
 
 int main(void) {

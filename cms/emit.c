@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+/* What a cell hands over: its triangles with their owners, its inner vertices, its crease edges. */
+#include "cms/stages.h"
+#include "core/context.h"
+
+#include <string.h>
+
+bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_t wanted,
+                     size_t size) {
+    if (wanted <= *capacity)
+        return true;
+    int64_t more = *capacity ? *capacity + *capacity / 2 : 64;
+    more = more < wanted ? wanted : more;
+    void *fresh = qni_realloc(stages->context, *items, *capacity, more, size);
+    if (!fresh)
+        return false;
+    *items = fresh;
+    *capacity = more;
+    return true;
+}
+
+static uint32_t ref_of(const qni_patch *patch, int32_t vertex, const uint32_t *apex_refs,
+                       int64_t inner_first) {
+    if (vertex < 0)
+        return apex_refs[-1 - vertex];
+    if (vertex >= QNI_INNER)
+        return QNI_REF_APEX | (uint32_t)(inner_first + (vertex - QNI_INNER));
+    return patch->vertices[vertex].ref;
+}
+
+/* The owner of the loop's piece between two vertices: that of the crossing at its end, features lie
+ * between. */
+static int32_t owner_of(const qni_patch *patch, const int32_t triangle[4]) {
+    if (triangle[3] >= 0)
+        return patch->vertices[triangle[3]].owner;
+    for (int k = 0; k < 3; ++k)
+        if (triangle[k] >= 0 && triangle[k] < QNI_INNER && patch->vertices[triangle[k]].crossing)
+            return patch->vertices[triangle[k]].crossing->owner;
+    return -1;
+}
+
+static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32_t b) {
+    if (!qni_stages_grow(stages, (void **)&chunk->creases, &chunk->crease_capacity,
+                         chunk->crease_count + 1, sizeof *chunk->creases))
+        return false;
+    chunk->creases[chunk->crease_count][0] = a;
+    chunk->creases[chunk->crease_count++][1] = b;
+    return true;
+}
+
+/* From a fan's apex to each sharp feature on the walls; not from one that had to be put where no
+ * corner is. */
+static bool emit_spokes(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
+                        const qni_loop *loop, uint32_t apex) {
+    for (int32_t m = 0; m < loop->count; ++m) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + m];
+        if (vertex->sharp && !emit_crease(stages, chunk, vertex->ref, apex))
+            return false;
+    }
+    return true;
+}
+
+static bool is_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
+    const double *m = patch->vertices[a[3]].normal, *n = patch->vertices[b[3]].normal;
+    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < patch->settings->crease_cosine;
+}
+
+/* Is the edge between two triangles a crease? It joins two sharp features, and their tangent planes
+ * differ enough. */
+static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
+                      const int32_t a[4], const int32_t b[4]) {
+    int32_t shared[2] = {0, 0};
+    int count = 0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            if (a[i] == b[j] && count < 2)
+                shared[count++] = a[i];
+    return count < 2 || !patch->vertices[shared[0]].sharp || !patch->vertices[shared[1]].sharp ||
+           !is_folded(patch, a, b) ||
+           emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
+                       patch->vertices[shared[1]].ref);
+}
+
+static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
+                         const uint32_t *apex_refs) {
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        const qni_loop *loop = &patch->loops[n];
+        if (loop->has_apex && !loop->escaped &&
+            !emit_spokes(stages, chunk, patch, loop, apex_refs[n]))
+            return false;
+        for (int32_t s = 0; s < loop->triangle_count && !loop->has_apex; ++s)
+            for (int32_t t = s + 1; t < loop->triangle_count; ++t) {
+                const int32_t *a = patch->triangles[loop->triangle_first + s],
+                              *b = patch->triangles[loop->triangle_first + t];
+                if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b))
+                    return false;
+            }
+    }
+    return true;
+}
+
+/* Hand the patch over: apexes of loops that have one first, then inner points. */
+bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch) {
+    const int64_t most = patch->loop_count + patch->inner_count;
+    if (!qni_stages_grow(stages, (void **)&chunk->apexes, &chunk->apex_capacity,
+                         chunk->apex_count + most, sizeof *chunk->apexes) ||
+        !qni_stages_grow(stages, (void **)&chunk->triangles, &chunk->triangle_capacity,
+                         chunk->triangle_count + patch->triangle_count, sizeof *chunk->triangles) ||
+        !qni_stages_grow(stages, (void **)&chunk->owners, &chunk->owner_capacity,
+                         chunk->triangle_count + patch->triangle_count, sizeof *chunk->owners) ||
+        !qni_patch_grow(patch, (void **)&patch->scratch, &patch->scratch_capacity,
+                        patch->loop_count, sizeof *patch->scratch))
+        return false;
+    uint32_t *apex_refs = (uint32_t *)patch->scratch;
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        apex_refs[n] = QNI_REF_APEX | (uint32_t)chunk->apex_count;
+        if (patch->loops[n].has_apex)
+            memcpy(chunk->apexes[chunk->apex_count++], patch->loops[n].apex, sizeof *chunk->apexes);
+    }
+    const int64_t inner_first = chunk->apex_count;
+    for (int64_t n = 0; n < patch->inner_count; ++n)
+        memcpy(chunk->apexes[chunk->apex_count++], patch->inner[n], sizeof *chunk->apexes);
+    for (int64_t t = 0; t < patch->triangle_count; ++t) {
+        for (int k = 0; k < 3; ++k)
+            chunk->triangles[chunk->triangle_count][k] =
+                ref_of(patch, patch->triangles[t][k], apex_refs, inner_first);
+        chunk->owners[chunk->triangle_count++] = owner_of(patch, patch->triangles[t]);
+    }
+    return emit_creases(stages, chunk, patch, apex_refs);
+}
