@@ -1,35 +1,32 @@
 // SPDX-License-Identifier: MIT
 /* Mesh to level set and back, at one voxel size: Quoin's band and dual marching cubes, Quoin's
- * adaptive surface straight from the polygons, and OpenVDB's meshToVolume and volumeToMesh. Each
- * run is a process of its own, so that its peak memory can be seen; the mesh is read before.
+ * adaptive surface straight from the polygons, and OpenVDB's meshToVolume (as it is by default, and
+ * without renormalization and trimming, which change its exact distances) and volumeToMesh. Each
+ * run is a process of its own; the mesh is read before. How far the result is from the model is
+ * measured afterwards. Prints a Markdown table.
  *
  * usage: bench_levelset DIM THREADS RUNS MESH... */
-#include <qn/qn.h>
+#include "bench/rivals/apart.h"
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/VolumeToMesh.h>
 #include <tbb/global_control.h>
 
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <vector>
 
 namespace {
 
 struct outcome {
-    double there, back; /* wall seconds: mesh to level set, level set to mesh */
-    double there_cpu, back_cpu;
+    bench_time there, back; /* mesh to level set, level set to mesh */
+    double voxel;
+    double megabytes; /* most memory beyond what was there when the time began */
     long long active, faces;
-    long peak_kb;      /* resident memory beyond what was there when the time began */
     double difference; /* largest of OpenVDB's values from Quoin's, in voxels; -1: not taken */
+    qn_mesh_comparison apart;  /* model and result, world units */
+    int64_t crossings, broken; /* of the result: crossing pairs, non-manifold edges and vertices */
 };
 
 struct job {
@@ -43,30 +40,7 @@ struct model {
     double low[3], voxel;
 };
 
-double wall() {
-    using clock = std::chrono::steady_clock;
-    return std::chrono::duration<double>(clock::now().time_since_epoch()).count();
-}
-
-double cpu() {
-    rusage use;
-    getrusage(RUSAGE_SELF, &use);
-    return (double)use.ru_utime.tv_sec + 1e-6 * (double)use.ru_utime.tv_usec +
-           (double)use.ru_stime.tv_sec + 1e-6 * (double)use.ru_stime.tv_usec;
-}
-
-long peak() {
-    rusage use;
-    getrusage(RUSAGE_SELF, &use);
-    return use.ru_maxrss;
-}
-
-void must(qn_status status, const qn_error &error) {
-    if (status == QN_OK)
-        return;
-    std::fprintf(stderr, "%s\n", error.message);
-    std::exit(1);
-}
+using apart::must;
 
 model load(const job &j) {
     model m;
@@ -104,38 +78,46 @@ qn_volume *band_of(const model &m, long long *active) {
     return volume;
 }
 
+void judge(const model &m, const qn_mesh *mesh, outcome *o) {
+    qn_error error;
+    qn_mesh_report report;
+    must(qn_mesh_compare(m.context, m.mesh, mesh, nullptr, &o->apart, &error), error);
+    must(qn_mesh_check(m.context, mesh, nullptr, &report, &error), error);
+    o->crossings = report.self_intersections;
+    o->broken = report.nonmanifold_edges + report.nonmanifold_vertices;
+    o->faces = report.quad_count + report.triangle_count;
+}
+
 void run_band(const model &m, outcome *o) {
     qn_error error;
     qn_mesh *mesh = nullptr;
-    const double start = wall(), start_cpu = cpu();
+    const apart::stretch stretch;
     qn_volume *volume = band_of(m, &o->active);
-    o->there = wall() - start;
-    o->there_cpu = cpu() - start_cpu;
+    o->there = stretch.time();
     qn_surface_options options;
     qn_surface_options_init(&options);
     options.inside = QN_INSIDE_BELOW;
     options.skip_normals = true;
     must(qn_surface(m.context, volume, &options, &mesh, nullptr, &error), error);
-    o->back = wall() - start - o->there;
-    o->back_cpu = cpu() - start_cpu - o->there_cpu;
-    o->faces = qn_mesh_get_view(mesh).quad_count;
+    o->back = stretch.time();
+    o->megabytes = stretch.megabytes();
+    judge(m, mesh, o);
 }
 
 void run_cms(const model &m, outcome *o, int dim) {
     qn_error error;
     qn_solid *solid = nullptr;
     qn_mesh *mesh = nullptr;
-    const double start = wall(), start_cpu = cpu();
+    const apart::stretch stretch;
     must(qn_solid_from_mesh(m.context, m.mesh, nullptr, &solid, nullptr, &error), error);
-    o->there = wall() - start;
-    o->there_cpu = cpu() - start_cpu;
+    o->there = stretch.time();
     qn_solid_surface_options options;
     qn_solid_surface_options_init(&options);
     options.depth = (int32_t)std::ceil(std::log2((double)dim));
     must(qn_solid_surface(m.context, solid, &options, &mesh, nullptr, &error), error);
-    o->back = wall() - start - o->there;
-    o->back_cpu = cpu() - start_cpu - o->there_cpu;
-    o->faces = qn_mesh_get_view(mesh).triangle_count;
+    o->back = stretch.time();
+    o->megabytes = stretch.megabytes();
+    judge(m, mesh, o);
 }
 
 double largest_difference(const model &m, const openvdb::FloatGrid &grid) {
@@ -157,70 +139,87 @@ double largest_difference(const model &m, const openvdb::FloatGrid &grid) {
     return largest / m.voxel;
 }
 
-void run_openvdb(const model &m, outcome *o, int threads, bool compares) {
-    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, (size_t)threads);
-    openvdb::initialize();
-    const qn_mesh_view view = qn_mesh_get_view(m.mesh);
-    std::vector<openvdb::Vec3s> points;
-    std::vector<openvdb::Vec3I> triangles, new_triangles;
-    std::vector<openvdb::Vec4I> quads, new_quads;
-    for (int64_t v = 0; v < view.vertex_count; ++v)
-        points.emplace_back(view.positions + 3 * v);
-    for (int64_t f = 0; f < view.triangle_count; ++f)
-        triangles.emplace_back(view.triangles + 3 * f);
-    for (int64_t f = 0; f < view.quad_count; ++f)
-        quads.emplace_back(view.quads + 4 * f);
-    const auto transform = openvdb::math::Transform::createLinearTransform(m.voxel);
-    const double start = wall(), start_cpu = cpu();
-    const auto grid =
-        openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, points, triangles, quads, 3);
-    o->there = wall() - start;
-    o->there_cpu = cpu() - start_cpu;
-    std::vector<openvdb::Vec3s> new_points;
-    openvdb::tools::volumeToMesh(*grid, new_points, new_triangles, new_quads, 0, 0);
-    o->back = wall() - start - o->there;
-    o->back_cpu = cpu() - start_cpu - o->there_cpu;
-    o->active = (long long)grid->activeVoxelCount();
-    o->faces = (long long)(new_quads.size() + new_triangles.size());
-    o->peak_kb = peak();
-    o->difference = compares ? largest_difference(m, *grid) : -1;
+/* OpenVDB's result as a mesh of ours, to be judged alike. */
+void judge_openvdb(const model &m, const std::vector<openvdb::Vec3s> &points,
+                   const std::vector<openvdb::Vec4I> &quads, outcome *o) {
+    qn_mesh_view view = {};
+    view.vertex_count = (int64_t)points.size();
+    view.quad_count = (int64_t)quads.size();
+    view.positions = reinterpret_cast<const float *>(points.data());
+    view.quads = reinterpret_cast<const uint32_t *>(quads.data());
+    view.space = view.unit = "";
+    qn_error error;
+    qn_mesh *mesh = nullptr;
+    must(qn_mesh_create(m.context, &view, &mesh, &error), error);
+    judge(m, mesh, o);
 }
 
-enum engine { BAND, CMS, OPENVDB, ENGINES };
-const char *const names[ENGINES] = {"quoin band+dmc", "quoin cms", "openvdb"};
+void run_openvdb(const model &m, outcome *o, const job &j, int flags, bool compares) {
+    tbb::global_control limit(tbb::global_control::max_allowed_parallelism, (size_t)j.threads);
+    openvdb::initialize();
+    const qn_mesh_view view = qn_mesh_get_view(m.mesh);
+    std::vector<openvdb::Vec3s> points, new_points;
+    std::vector<openvdb::Vec4I> faces, quads;
+    std::vector<openvdb::Vec3I> triangles;
+    const auto transform = openvdb::math::Transform::createLinearTransform(m.voxel);
+    /* meshToVolume() wants index space, and a triangle as a quad without its last corner. */
+    for (int64_t v = 0; v < view.vertex_count; ++v)
+        points.push_back(openvdb::Vec3s(
+            transform->worldToIndex(openvdb::Vec3d(openvdb::Vec3s(view.positions + 3 * v)))));
+    for (int64_t f = 0; f < view.triangle_count; ++f)
+        faces.emplace_back(view.triangles[3 * f], view.triangles[3 * f + 1],
+                           view.triangles[3 * f + 2], openvdb::util::INVALID_IDX);
+    for (int64_t f = 0; f < view.quad_count; ++f)
+        faces.emplace_back(view.quads + 4 * f);
+    const apart::stretch stretch;
+    const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec4I> adapter(points,
+                                                                                             faces);
+    const auto grid =
+        openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform, 3.0f, 3.0f, flags);
+    o->there = stretch.time();
+    openvdb::tools::volumeToMesh(*grid, new_points, triangles, quads, 0, 0);
+    o->back = stretch.time();
+    o->megabytes = stretch.megabytes();
+    o->active = (long long)grid->activeVoxelCount();
+    o->difference = compares ? largest_difference(m, *grid) : -1;
+    judge_openvdb(m, new_points, quads, o);
+}
+
+enum engine { BAND, CMS, OPENVDB, OPENVDB_RAW, ENGINES };
+const char *const names[ENGINES] = {"quoin band + dmc", "quoin cms", "OpenVDB",
+                                    "OpenVDB, not renormalized"};
 
 outcome run_one(const job &j, int which, bool compares) {
     outcome o = {};
     o.difference = -1;
     const model m = load(j);
-    const long before = peak();
+    o.voxel = m.voxel;
     if (which == BAND)
         run_band(m, &o);
     else if (which == CMS)
         run_cms(m, &o, j.dim);
     else
-        run_openvdb(m, &o, j.threads, compares);
-    o.peak_kb = (o.peak_kb ? o.peak_kb : peak()) - before;
+        run_openvdb(m, &o, j,
+                    which == OPENVDB ? 0
+                                     : openvdb::tools::DISABLE_RENORMALIZATION |
+                                           openvdb::tools::DISABLE_NARROW_BAND_TRIMMING,
+                    compares);
     return o;
 }
 
-/* In a process of its own. */
-bool measure(const job &j, int which, bool compares, outcome *o) {
-    int ends[2];
-    if (pipe(ends) != 0)
-        return false;
-    const pid_t child = fork();
-    if (child == 0) {
-        const outcome here = run_one(j, which, compares);
-        const bool sent = write(ends[1], &here, sizeof here) == (ssize_t)sizeof here;
-        _exit(sent ? 0 : 1);
-    }
-    close(ends[1]);
-    const bool got = read(ends[0], o, sizeof *o) == (ssize_t)sizeof *o;
-    close(ends[0]);
-    int status;
-    waitpid(child, &status, 0);
-    return got;
+void print(const job &j, int which, const outcome &o) {
+    const char *slash = std::strrchr(j.path, '/');
+    std::printf("| %s | %s | %.3f | %.3f | %.3f | %.1f | %lld | %lld | %.3f | %.2f | %.4f | %lld | "
+                "%lld |",
+                slash ? slash + 1 : j.path, names[which], o.there.cpu, o.back.cpu - o.there.cpu,
+                o.back.wall, o.megabytes, o.active, o.faces, o.apart.a_to_b.max / o.voxel,
+                o.apart.b_to_a.max / o.voxel, o.apart.mean / o.voxel, (long long)o.broken,
+                (long long)o.crossings);
+    if (o.difference >= 0)
+        std::printf(" %.2g |\n", o.difference);
+    else
+        std::printf(" |\n");
+    std::fflush(stdout);
 }
 
 } // namespace
@@ -230,28 +229,26 @@ int main(int argc, char **argv) {
         std::fprintf(stderr, "usage: bench_levelset DIM THREADS RUNS MESH...\n");
         return 2;
     }
-    std::printf(
-        "model,engine,dim,threads,there_s,back_s,there_cpu_s,back_cpu_s,peak_mb,active,faces,"
-        "largest_difference_voxels\n");
-    for (int n = 4; n < argc; ++n)
+    std::printf("| model | by | there, CPU s | back, CPU s | both, s | MB | active | faces | model "
+                "to it, largest | back, largest | mean | not manifold | crossing pairs | values "
+                "apart |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    for (int n = 4; n < argc; ++n) {
+        const job j = {argv[n], std::atoi(argv[1]), std::atoi(argv[2])};
         for (int which = 0; which < ENGINES; ++which) {
-            const job j = {argv[n], std::atoi(argv[1]), std::atoi(argv[2])};
             outcome best = {};
             for (int run = 0; run < std::atoi(argv[3]); ++run) {
-                outcome o = {};
-                if (!measure(j, which, run == 0, &o))
+                outcome o;
+                if (!apart::measure([&] { return run_one(j, which, run == 0); }, &o)) {
+                    std::fprintf(stderr, "bench_levelset: %s: a process broke\n", j.path);
                     return 1;
+                }
                 const double difference = run == 0 ? o.difference : best.difference;
-                if (run == 0 || o.there_cpu + o.back_cpu < best.there_cpu + best.back_cpu)
+                if (run == 0 || o.back.cpu < best.back.cpu)
                     best = o;
                 best.difference = difference;
             }
-            const char *slash = std::strrchr(j.path, '/');
-            std::printf("%s,%s,%d,%d,%.3f,%.3f,%.3f,%.3f,%.1f,%lld,%lld,%.3g\n",
-                        slash ? slash + 1 : j.path, names[which], j.dim, j.threads, best.there,
-                        best.back, best.there_cpu, best.back_cpu, (double)best.peak_kb / 1024,
-                        best.active, best.faces, best.difference);
-            std::fflush(stdout);
+            print(j, which, best);
         }
+    }
     return 0;
 }
