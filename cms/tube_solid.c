@@ -92,7 +92,7 @@ static void place_of(const way_job *job, int sample, double point[3]) {
     const int at[3] = {sample % SIDE, sample / SIDE % SIDE, sample / SIDE / SIDE};
     for (int k = 0; k < 3; ++k) {
         const double low = (double)job->patch->low[k], high = (double)job->patch->high[k];
-        point[k] = low + (high - low) * (at[k] + 0.5) / SIDE;
+        point[k] = low + (high - low) * at[k] / (SIDE - 1);
     }
 }
 
@@ -120,10 +120,11 @@ static bool mark_beside(const way_job *job, int loop, bool inside, bool *marks) 
         int sample = 0;
         for (int k = 2; k >= 0; --k) {
             const double low = (double)patch->low[k], high = (double)patch->high[k];
-            double along = SIDE * ((double)vertex->place[k] - low) / (high - low);
-            if (k == vertex->crossing->axis)
-                along += vertex->crossing->enters == inside ? 0.5 : -0.5;
-            const int at = (int)floor(along);
+            const double along = (SIDE - 1) * ((double)vertex->place[k] - low) / (high - low);
+            const bool up = vertex->crossing->enters == inside;
+            const int at = (int)(k != vertex->crossing->axis ? floor(along + 0.5)
+                                 : up                        ? ceil(along)
+                                                             : floor(along));
             sample = SIDE * sample + (at < 0 ? 0 : at >= SIDE ? SIDE - 1 : at);
         }
         if (job->inside[sample] == inside)
@@ -134,8 +135,15 @@ static bool mark_beside(const way_job *job, int loop, bool inside, bool *marks) 
 
 /* ---- the way --------------------------------------------------------------------------------- */
 
-/* Breadth first; the first end that is reached, or -1. */
-static int search(way_job *job, bool inside, const bool *starts) {
+static bool is_on_border(int sample) {
+    for (int axis = 0; axis < 3; ++axis, sample /= SIDE)
+        if (sample % SIDE == 0 || sample % SIDE == SIDE - 1)
+            return true;
+    return false;
+}
+
+/* Breadth first, or along the border alone; the first end that is reached, or -1. */
+static int search(way_job *job, bool inside, const bool *starts, bool border) {
     int16_t queue[SAMPLES];
     int head = 0, tail = 0;
     for (int n = 0; n < SAMPLES; ++n) {
@@ -154,7 +162,7 @@ static int search(way_job *job, bool inside, const bool *starts) {
                     continue;
                 const int next = up ? here + stride : low;
                 if (job->before[next] >= 0 || job->inside[next] != inside ||
-                    job->blocked[axis][low])
+                    job->blocked[axis][low] || (border && !is_on_border(next)))
                     continue;
                 job->before[next] = (int16_t)here;
                 queue[tail++] = (int16_t)next;
@@ -183,27 +191,34 @@ static bool way_is_clear(way_job *job, int end) {
     return true;
 }
 
+/* The end of a clear way, or -1. */
+static int find_way(way_job *job, bool inside, const bool *starts, bool border) {
+    for (int n = 0; n < MOST_TRIES; ++n) {
+        const int end = search(job, inside, starts, border);
+        if (end < 0 || way_is_clear(job, end))
+            return end;
+    }
+    return -1;
+}
+
+/* A way on the border means that the faces do not show all there is: a notch that misses the cell's
+ * edges, not a tunnel. */
 static bool are_joined(way_job *job, const int loops[2], bool inside, double middle[3]) {
     bool starts[SAMPLES] = {false};
     memset(job->end, 0, sizeof job->end);
     if (!mark_beside(job, loops[0], inside, starts) ||
-        !mark_beside(job, loops[1], inside, job->end))
+        !mark_beside(job, loops[1], inside, job->end) || find_way(job, inside, starts, true) >= 0)
         return false;
-    for (int n = 0; n < MOST_TRIES; ++n) {
-        const int end = search(job, inside, starts);
-        if (end < 0)
-            return false;
-        if (!way_is_clear(job, end))
-            continue;
-        int steps = 0, here = end;
-        for (; job->before[here] != here; here = job->before[here])
-            ++steps;
-        for (here = end; steps > 1; steps -= 2)
-            here = job->before[here];
-        place_of(job, here, middle);
-        return true;
-    }
-    return false;
+    const int end = find_way(job, inside, starts, false);
+    if (end < 0)
+        return false;
+    int steps = 0, here = end;
+    for (; job->before[here] != here; here = job->before[here])
+        ++steps;
+    for (here = end; steps > 1; steps -= 2)
+        here = job->before[here];
+    place_of(job, here, middle);
+    return true;
 }
 
 /* ---- the cell -------------------------------------------------------------------------------- */
