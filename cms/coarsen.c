@@ -13,20 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Is any of the twelve edges crossed, over the finest lattice? */
-static bool has_crossed_edge(const qni_hermite *hermite, const qni_cell *cell) {
-    for (int edge = 0; edge < QNI_EDGES; ++edge) {
-        const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
-        int32_t point[3];
-        for (int k = 0; k < 3; ++k)
-            point[k] = cell->low[k] + ((corner >> k & 1) << cell->level);
-        for (int32_t n = 0; n < 1 << cell->level; ++n, ++point[axis])
-            if (qni_hermite_edge(hermite, point, axis).count)
-                return true;
-    }
-    return false;
-}
-
 enum { MOST_SEGMENTS = 3, MOST_FEATURES = 6 }; /* on a face of a leaf above the finest level */
 
 /* ---- samples ------------------------------------------------------------------------------------
@@ -34,25 +20,43 @@ enum { MOST_SEGMENTS = 3, MOST_FEATURES = 6 }; /* on a face of a leaf above the 
 
 typedef bool sample_visit(void *job, const qni_hermite_crossing *crossing);
 
+/* The block's finest edges along an axis, in one layer of z, whose lower ends lie in a range of x
+ * and y. */
+static uint64_t range_mask(const int from[3], const int to[3]) {
+    if (from[0] > to[0] || from[1] > to[1])
+        return 0;
+    const uint64_t row = ((UINT64_C(2) << to[0]) - (UINT64_C(1) << from[0])) & 0xff;
+    const uint64_t upto = to[1] == 7 ? UINT64_MAX : (UINT64_C(1) << 8 * (to[1] + 1)) - 1;
+    return row * UINT64_C(0x0101010101010101) & upto & UINT64_MAX << 8 * from[1];
+}
+
+static bool visit_layer(const qni_hermite_block *block, int word, uint64_t mask,
+                        sample_visit *visit, void *job) {
+    const uint64_t all = block->crossed[word];
+    for (uint64_t bits = all & mask; bits; bits &= bits - 1) {
+        const int rank = block->rank[word] + __builtin_popcountll(all & ((bits & -bits) - 1));
+        for (int n = block->starts[rank]; n < block->starts[rank + 1]; ++n)
+            if (!visit(job, &block->crossings[n]))
+                return false;
+    }
+    return true;
+}
+
 static bool visit_block(const qni_hermite_block *block, const qni_cell *cell, sample_visit *visit,
                         void *job) {
-    const int32_t size = 1 << cell->level;
-    int32_t rank = 0;
-    for (int word = 0; word < 24; ++word)
-        for (uint64_t bits = block->crossed[word]; bits; bits &= bits - 1, ++rank) {
-            const int edge = 64 * word + __builtin_ctzll(bits), axis = edge >> 9;
-            const int at[3] = {edge & 7, edge >> 3 & 7, edge >> 6 & 7};
-            bool within = true;
-            for (int k = 0; k < 3; ++k) {
-                const int32_t offset = 8 * block->place[k] + at[k] - cell->low[k];
-                within = within && offset >= 0 && (k == axis ? offset < size : offset <= size);
-            }
-            if (!within)
-                continue;
-            for (int n = block->starts[rank]; n < block->starts[rank + 1]; ++n)
-                if (!visit(job, &block->crossings[n]))
-                    return false;
+    for (int axis = 0; axis < 3; ++axis) {
+        int from[3], to[3];
+        for (int k = 0; k < 3; ++k) {
+            const int32_t low = cell->low[k] - 8 * block->place[k],
+                          high = low + (1 << cell->level) - (k == axis);
+            from[k] = low < 0 ? 0 : low;
+            to[k] = high > 7 ? 7 : high;
         }
+        const uint64_t mask = range_mask(from, to);
+        for (int z = from[2]; mask && z <= to[2]; ++z)
+            if (!visit_layer(block, 8 * axis + z, mask, visit, job))
+                return false;
+    }
     return true;
 }
 
@@ -246,7 +250,7 @@ bool qni_cell_is_explained(void *user, const qni_cell *cell) {
         return false;
     if (coarsening->settings->open && straddles(hermite, cell))
         return false;
-    if (!has_crossed_edge(hermite, cell))
+    if (!qni_hermite_has_crossed_edge(hermite, cell->low, cell->level))
         return visit_samples(hermite, cell, is_unwanted, NULL);
     const int32_t thread = qni_thread_index();
     return is_explained(&coarsening->patches[thread], &coarsening->faces[thread], cell);

@@ -16,31 +16,58 @@ int qni_octree_level(const qni_octree *octree, const int32_t point[3]) {
                : octree->levels[index][64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7)];
 }
 
-static bool edge_is_crossed(const qni_hermite *hermite, const qni_cell *cell, int edge) {
-    const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
-    int32_t point[3];
-    for (int k = 0; k < 3; ++k)
-        point[k] = cell->low[k] + ((corner >> k & 1) << cell->level);
-    for (int32_t n = 0; n < 1 << cell->level; ++n, ++point[axis])
-        if (qni_hermite_edge(hermite, point, axis).count)
-            return true;
-    return false;
+static bool has_surface(const qni_hermite *hermite, const qni_cell *cell) {
+    return qni_hermite_has_crossed_edge(hermite, cell->low, cell->level);
 }
 
-static bool has_surface(const qni_hermite *hermite, const qni_cell *cell) {
-    for (int edge = 0; edge < QNI_EDGES; ++edge)
-        if (edge_is_crossed(hermite, cell, edge))
-            return true;
-    return false;
+/* The blocks round one, at steps of x + 2 y + 4 z; NULL: none there. */
+typedef struct block_group {
+    const qni_hermite_block *blocks[8];
+} block_group;
+
+static block_group group_of(const qni_hermite *hermite, const qni_hermite_block *block) {
+    block_group group;
+    for (int n = 0; n < 8; ++n) {
+        const int64_t index =
+            qni_hermite_find(hermite, block->place[0] + (n & 1), block->place[1] + (n >> 1 & 1),
+                             block->place[2] + (n >> 2));
+        group.blocks[n] = index < 0 ? NULL : &hermite->blocks[index];
+    }
+    return group;
+}
+
+/* The crossed edges along an axis of a layer of z, as seen from finest cells that lie a step below
+ * them. */
+static uint64_t edges_beside(const block_group *group, int axis, int z, int x_step, int y_step) {
+    const uint64_t column = UINT64_C(0x0101010101010101);
+    uint64_t words[4];
+    for (int n = 0; n < 4; ++n) {
+        const qni_hermite_block *block = group->blocks[n + (z == 8 ? 4 : 0)];
+        words[n] = block ? block->crossed[8 * axis + (z & 7)] : 0;
+    }
+    for (int n = 0; n < 2 && y_step; ++n)
+        words[n] = words[n] >> 8 | words[n + 2] << 56;
+    return x_step ? (words[0] >> 1 & ~(column << 7)) | (words[1] & column) << 7 : words[0];
+}
+
+/* Finest cells with a crossed edge, of a layer of a block. */
+static uint64_t crossed_cells(const block_group *group, int z) {
+    uint64_t crossed = 0;
+    for (int n = 0; n < 4; ++n)
+        crossed |= edges_beside(group, 0, z + (n >> 1), 0, n & 1) |
+                   edges_beside(group, 1, z + (n >> 1), n & 1, 0) |
+                   edges_beside(group, 2, z, n & 1, n >> 1);
+    return crossed;
 }
 
 static void mark_starts(qni_octree *octree, int64_t index) {
     const qni_hermite_block *block = &octree->hermite->blocks[index];
+    const block_group group = group_of(octree->hermite, block);
     for (int n = 0; n < 512; ++n) {
         const int level = octree->levels[index][n];
         const int at[3] = {n & 7, n >> 3 & 7, n >> 6};
         const int low = level <= 3 ? (1 << level) - 1 : 0;
-        if (level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low))
+        if (level == 0 || level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low))
             continue;
         const qni_cell cell = {
             {8 * block->place[0] + at[0], 8 * block->place[1] + at[1], 8 * block->place[2] + at[2]},
@@ -48,6 +75,10 @@ static void mark_starts(qni_octree *octree, int64_t index) {
         if (has_surface(octree->hermite, &cell))
             octree->starts[index][n >> 6] |= UINT64_C(1) << (n & 63);
     }
+    for (int z = 0; z < 8; ++z)
+        for (uint64_t bits = crossed_cells(&group, z); bits; bits &= bits - 1)
+            if (octree->levels[index][64 * z + __builtin_ctzll(bits)] == 0)
+                octree->starts[index][z] |= bits & -bits;
 }
 
 static int compare_cells(const void *a, const void *b) {

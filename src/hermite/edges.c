@@ -42,6 +42,15 @@ static qn_status find_values(const qn_solid *solid, int64_t count, const double 
     return QN_OK;
 }
 
+/* Does the whole block lie within the bounds? */
+static bool lies_within(const edge_job *job) {
+    for (int k = 0; k < 3; ++k)
+        if (!in_bounds(&job->lattice->bounds, k, job->planes[k][0]) ||
+            !in_bounds(&job->lattice->bounds, k, job->planes[k][8]))
+            return false;
+    return true;
+}
+
 static qn_status sample_signs(edge_job *job) {
     double points[QNI_BLOCK_CORNERS][3], *values = job->values;
     for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
@@ -51,14 +60,13 @@ static qn_status sample_signs(edge_job *job) {
     }
     QN_TRY(find_values(job->solid, QNI_BLOCK_CORNERS, (const double(*)[3])points, values));
     job->sampling->evaluations += QNI_BLOCK_CORNERS;
-    const qni_box *bounds = &job->lattice->bounds;
+    const bool all_within = lies_within(job);
+    job->block->straddles = !all_within;
     for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
         bool within = true;
-        for (int k = 0; k < 3; ++k)
-            within = within && in_bounds(bounds, k, points[n][k]);
-        job->block->straddles = job->block->straddles || !within;
-        if (within && values[n] < 0)
-            job->block->inside[n >> 6] |= UINT64_C(1) << (n & 63);
+        for (int k = 0; k < 3 && !all_within; ++k)
+            within = within && in_bounds(&job->lattice->bounds, k, points[n][k]);
+        job->block->inside[n >> 6] |= (uint64_t)(within && values[n] < 0) << (n & 63);
     }
     return QN_OK;
 }
@@ -237,15 +245,6 @@ static qn_status keep(edge_job *job, int edge, int axis, const double a[3], cons
     return QN_OK;
 }
 
-/* From values of one sign at its ends, f cannot reach 0 between them if that takes a steeper slope
- * than there is: down from one and up to the other. */
-static bool slopes_rule_out(const edge_job *job, int axis, int corner, int stride, double length) {
-    const double a = job->values[corner], b = job->values[corner + stride];
-    const double *range = job->slopes[axis];
-    const double steepest = -range[0] > range[1] ? -range[0] : range[1];
-    return job->has_slopes && fabs(a) + fabs(b) > steepest * length * (1 + 1e-6);
-}
-
 /* Can an edge with equal ends be crossed? Its four 2^3 neighbours within the block all hold it. */
 static qn_status edge_is_undecided(edge_job *job, const int at[3], const double a[3],
                                    const double b[3], bool *undecided) {
@@ -292,7 +291,7 @@ static qn_status one_edge(edge_job *job, int edge) {
     if (b[axis] < bounds->low[axis] || a[axis] > bounds->high[axis])
         return QN_OK;
     bool ask = start != end;
-    if (!ask && !slopes_rule_out(job, axis, corner, stride, b[axis] - a[axis]))
+    if (!ask)
         QN_TRY(edge_is_undecided(job, at, a, b, &ask));
     if (!ask)
         return QN_OK;
@@ -325,10 +324,37 @@ static qn_status store(edge_job *job) {
     return QN_OK;
 }
 
+/* The edges of one axis with differing ends, and those that slopes do not rule out: from values of
+ * one sign at its ends, f cannot reach 0 between them if that takes a steeper slope than there is,
+ * down from one and up to the other. */
+static void choose_edges(const edge_job *job, int axis, uint64_t wanted[8]) {
+    const int stride = axis == 0 ? 1 : axis == 1 ? 9 : 81;
+    const double *range = job->slopes[axis], *planes = job->planes[axis];
+    const double steepest = -range[0] > range[1] ? -range[0] : range[1];
+    double least[8];
+    for (int n = 0; n < 8; ++n)
+        least[n] = steepest * (planes[n + 1] - planes[n]) * (1 + 1e-6);
+    for (int n = 0; n < 512; ++n) {
+        const int at[3] = {n & 7, n >> 3 & 7, n >> 6}, corner = 81 * at[2] + 9 * at[1] + at[0];
+        const double sum = fabs(job->values[corner]) + fabs(job->values[corner + stride]);
+        const bool differ =
+            qni_bit(job->block->inside, corner) != qni_bit(job->block->inside, corner + stride);
+        wanted[n >> 6] |= (uint64_t)(differ || !(sum > least[at[axis]])) << (n & 63);
+    }
+}
+
 static qn_status sample(edge_job *job) {
     QN_TRY(sample_signs(job));
-    for (int edge = 0; edge < QNI_BLOCK_EDGES; ++edge)
-        QN_TRY(one_edge(job, edge));
+    for (int axis = 0; axis < 3; ++axis) {
+        uint64_t wanted[8] = {0};
+        if (job->has_slopes)
+            choose_edges(job, axis, wanted);
+        else
+            memset(wanted, 0xff, sizeof wanted);
+        for (int word = 0; word < 8; ++word)
+            for (uint64_t bits = wanted[word]; bits; bits &= bits - 1)
+                QN_TRY(one_edge(job, 512 * axis + 64 * word + __builtin_ctzll(bits)));
+    }
     return store(job);
 }
 

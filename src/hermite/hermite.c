@@ -3,6 +3,7 @@
  * it. */
 #include "hermite/hermite.h"
 #include "core/context.h"
+#include "core/cube_hd.h"
 #include "core/parallel.h"
 #include "core/status.h"
 #include "solid/sampled.h"
@@ -106,6 +107,40 @@ qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t po
     return found;
 }
 
+/* Is any of the finest edges crossed that start at a point and follow each other along an axis? Up
+ * to 8 of them that lie in one block. */
+static bool run_is_crossed(const qni_hermite *hermite, const int32_t point[3], int axis,
+                           int32_t count) {
+    const int64_t index = qni_hermite_find(hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
+    if (index < 0)
+        return false;
+    const uint64_t *words = hermite->blocks[index].crossed + 8 * axis + (point[2] & 7);
+    const int start = 8 * (point[1] & 7) + (point[0] & 7);
+    if (axis == 0)
+        return *words >> start & ((UINT64_C(1) << count) - 1);
+    if (axis == 1)
+        return *words >> start & UINT64_C(0x0101010101010101) &
+               (count == 8 ? UINT64_MAX : (UINT64_C(1) << 8 * count) - 1);
+    uint64_t any = 0;
+    for (int32_t n = 0; n < count; ++n)
+        any |= words[n];
+    return any >> start & 1;
+}
+
+bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level) {
+    const int32_t size = 1 << level, run = size < QNI_BLOCK ? size : QNI_BLOCK;
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
+        int32_t point[3];
+        for (int k = 0; k < 3; ++k)
+            point[k] = low[k] + ((corner >> k & 1) << level);
+        for (int32_t n = 0; n < size; n += run, point[axis] += run)
+            if (run_is_crossed(hermite, point, axis, run))
+                return true;
+    }
+    return false;
+}
+
 int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]) {
     for (int low = 0; low < 8;
          ++low) { /* a point on a block's upper side is in that block's signs too */
@@ -131,29 +166,53 @@ bool qni_hermite_cell_values(const qni_hermite *hermite, const int32_t cell[3], 
     return hermite->lattice.samples && qni_sampled_corners(hermite->solid, at, corner);
 }
 
+/* Note where a crossed edge lies: at step[k] of -1, 0 or 1 the blocks on that side hold it, too. */
+static void want_beside(bool wanted[27], const int step[3]) {
+    for (int m = 1; m < 8; ++m)
+        wanted[13 + (m & 1 ? step[0] : 0) + 3 * (m & 2 ? step[1] : 0) + 9 * (m & 4 ? step[2] : 0)] =
+            true;
+}
+
+/* Edges along an axis at the block's lower sides, which it owns. */
+static void look_below(const qni_hermite_block *block, int axis, bool wanted[27]) {
+    static const uint64_t column = UINT64_C(0x0101010101010101), row = 0xff;
+    for (int z = 0; z < 8; ++z) {
+        const uint64_t crossed = block->crossed[8 * axis + z];
+        for (int side = 1; side < 8; ++side) { /* bits: at the lowest x, y, z */
+            const uint64_t here = (side & 1 ? column : ~column) & (side & 2 ? row : ~row);
+            const int step[3] = {axis != 0 && side & 1 ? -1 : 0, axis != 1 && side & 2 ? -1 : 0,
+                                 axis != 2 && side & 4 ? -1 : 0};
+            if (crossed & here && (z == 0) == (side >> 2))
+                want_beside(wanted, step);
+        }
+    }
+}
+
+/* Edges along an axis at the block's upper sides: others own them, their ends tell. */
+static void look_above(const qni_hermite_block *block, int axis, bool wanted[27]) {
+    const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
+    const int strides[3] = {1, 9, 81};
+    for (int n = 0; n < 17; ++n) { /* (8, 0) .. (8, 8) .. (0, 8) */
+        const int u = n < 8 ? 8 : 16 - n, v = n < 8 ? n : 8;
+        int step[3] = {0, 0, 0};
+        step[p] = u == 0 ? -1 : u == 8;
+        step[q] = v == 0 ? -1 : v == 8;
+        int corner = u * strides[p] + v * strides[q];
+        for (int m = 0; m < 8; ++m, corner += strides[axis])
+            if (qni_bit(block->inside, corner) != qni_bit(block->inside, corner + strides[axis])) {
+                want_beside(wanted, step);
+                break;
+            }
+    }
+}
+
 /* Blocks that hold a crossed edge of this one in their closed box, but are not there yet. */
 static bool enter_missing_neighbors(qni_hermite *hermite, int64_t index) {
     const qni_hermite_block block = hermite->blocks[index]; /* entering may move the blocks */
     bool wanted[27] = {false};
     for (int axis = 0; axis < 3; ++axis) {
-        for (int n = 0; n < QNI_BLOCK_CORNERS; ++n) {
-            const int at[3] = {n % 9, n / 9 % 9, n / 81};
-            if (at[axis] == 8)
-                continue;
-            const int stride = axis == 0 ? 1 : axis == 1 ? 9 : 81;
-            const bool owned = at[0] < 8 && at[1] < 8 && at[2] < 8;
-            const bool crossed =
-                owned ? qni_bit(block.crossed, 512 * axis + 64 * at[2] + 8 * at[1] + at[0])
-                      : qni_bit(block.inside, n) != qni_bit(block.inside, n + stride);
-            if (!crossed)
-                continue;
-            int step[3];
-            for (int k = 0; k < 3; ++k)
-                step[k] = k == axis ? 0 : at[k] == 0 ? -1 : at[k] == 8 ? 1 : 0;
-            for (int m = 1; m < 8; ++m)
-                wanted[13 + (m & 1 ? step[0] : 0) + 3 * (m & 2 ? step[1] : 0) +
-                       9 * (m & 4 ? step[2] : 0)] = true;
-        }
+        look_below(&block, axis, wanted);
+        look_above(&block, axis, wanted);
     }
     for (int n = 0; n < 27; ++n) {
         const int32_t place[3] = {block.place[0] + n % 3 - 1, block.place[1] + n / 3 % 3 - 1,

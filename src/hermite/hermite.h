@@ -66,6 +66,9 @@ void qni_hermite_destroy(qni_hermite *hermite);
 int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z);
 /* The crossings of the finest edge that starts at a lattice point. */
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
+/* Is any of the twelve edges of a cell crossed, over the finest lattice? A cell of 2^level finest
+ * ones, aligned. */
+bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level);
 /* The sign at a lattice point: inside, outside, or -1 where no block is. */
 int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]);
 /* f at the corners (x + 2 y + 4 z) of a finest cell, which tell all of a trilinear f; false on
