@@ -132,13 +132,16 @@ typedef struct qni_directed {
 } qni_directed;
 
 /* The solid near a cell, restricted when it is asked (nearby.c); of one thread. */
+enum { QNI_NEARBY_PARTS = 64 + 8 };
+
 typedef struct qni_nearby {
     qn_solid base;
     const qni_hermite *hermite;
     qni_cell cell, block_cell;
-    qn_solid *block; /* restricted to the block round some cell; NULL: none yet */
-    qn_solid *near;  /* and from there to the cell; NULL: none */
-    int32_t questions;
+    qn_solid *block;                   /* restricted to the block round some cell; NULL: none yet */
+    qn_solid *parts[QNI_NEARBY_PARTS]; /* from there to its cells of levels 1 and 2 */
+    qn_solid *near;                    /* to the cell itself, of level 0 */
+    const qn_solid *asked;             /* one of them; NULL: nobody asked yet */
 } qni_nearby;
 
 void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite);
@@ -274,6 +277,12 @@ static inline float qni_between(double value, float low, float high) {
  * nearly (near.c). */
 bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
                       const double normal[3], double reach, double at_out[3], double normal_out[3]);
+
+/* Is a point on the surface, and are the ways to it from points whose tangent planes meet in it,
+ * where they come near it? Then what meets there is flat, and the point need not be looked for any
+ * closer (near.c). */
+bool qni_flat_pieces_meet(const qn_solid *solid, const double point[3], int32_t count,
+                          const double (*from)[3], double tolerance);
 
 /* ---- the whole ----------------------------------------------------------------------------------
  */

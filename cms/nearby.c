@@ -5,9 +5,6 @@
 
 #include <string.h>
 
-/* So many questions pay for what restricting costs. */
-enum { QUESTIONS_WORTH_IT = 3 };
-
 /* The solid restricted to a cell and `margin` of its width around; NULL when there is none to be
  * had. */
 static qn_solid *restrict_to_cell(const qni_hermite *hermite, const qn_solid *solid,
@@ -22,31 +19,63 @@ static qn_solid *restrict_to_cell(const qni_hermite *hermite, const qn_solid *so
     return solid->ops->restrict_to(solid, &box, &restricted) == QN_OK ? restricted : NULL;
 }
 
-/* The block, or larger cell, round a cell. */
-static qni_cell around_of(const qni_cell *cell) {
+static qni_cell cell_around(const qni_cell *cell, int32_t level) {
     qni_cell around = *cell;
-    around.level = cell->level > 3 ? cell->level : 3;
+    around.level = cell->level > level ? cell->level : level;
     for (int k = 0; k < 3; ++k)
         around.low[k] = around.low[k] >> around.level << around.level;
     return around;
 }
 
-/* What to ask. The block's solid is kept for the next cell of it. */
-static const qn_solid *part_of(const qn_solid *solid) {
-    qni_nearby *nearby = (qni_nearby *)(uintptr_t)solid; /* one thread's own */
-    if (nearby->near)
-        return nearby->near;
-    const qni_hermite *hermite = nearby->hermite;
-    const qni_cell around = around_of(&nearby->cell);
+static void forget_parts(qni_nearby *nearby) {
+    for (int n = 0; n < QNI_NEARBY_PARTS; ++n) {
+        qn_solid_destroy(nearby->parts[n]);
+        nearby->parts[n] = NULL;
+    }
+}
+
+/* The block, or larger cell, round the cell. */
+static void set_block(qni_nearby *nearby) {
+    const qni_cell around = cell_around(&nearby->cell, 3);
     if (!nearby->block || memcmp(&around, &nearby->block_cell, sizeof around) != 0) {
+        forget_parts(nearby);
         qn_solid_destroy(nearby->block);
         nearby->block_cell = around;
-        nearby->block = restrict_to_cell(hermite, hermite->solid, &around, 0.5);
+        nearby->block = restrict_to_cell(nearby->hermite, nearby->hermite->solid, &around, 0.5);
     }
-    const qn_solid *block = nearby->block ? nearby->block : hermite->solid;
-    if (nearby->cell.level < 3 && ++nearby->questions == QUESTIONS_WORTH_IT)
-        nearby->near = restrict_to_cell(hermite, block, &nearby->cell, 1);
-    return nearby->near ? nearby->near : block;
+}
+
+/* Where the part of a cell of level 1 or 2 in the block is kept. */
+static int place_of(const qni_cell *cell) {
+    const int x = (cell->low[0] & 7) >> cell->level, y = (cell->low[1] & 7) >> cell->level,
+              z = (cell->low[2] & 7) >> cell->level;
+    return cell->level == 1 ? 16 * z + 4 * y + x : 64 + 4 * z + 2 * y + x;
+}
+
+/* Of a cell within the block, restricted step by step: each has few parts left to look at, and
+ * serves the cells in it. */
+static const qn_solid *cell_part(qni_nearby *nearby, const qni_cell *cell) {
+    if (cell->level >= 3)
+        return nearby->block ? nearby->block : nearby->hermite->solid;
+    qn_solid **kept = cell->level > 0 ? &nearby->parts[place_of(cell)] : &nearby->near;
+    if (!*kept) {
+        const qni_cell around = cell_around(cell, cell->level + 1);
+        const qn_solid *larger = cell_part(nearby, &around);
+        *kept = restrict_to_cell(nearby->hermite, larger, cell, cell->level > 0 ? 0.5 : 1);
+        if (!*kept)
+            return larger;
+    }
+    return *kept;
+}
+
+/* What to ask. */
+static const qn_solid *part_of(const qn_solid *solid) {
+    qni_nearby *nearby = (qni_nearby *)(uintptr_t)solid; /* one thread's own */
+    if (!nearby->asked) {
+        set_block(nearby);
+        nearby->asked = cell_part(nearby, &nearby->cell);
+    }
+    return nearby->asked;
 }
 
 static qn_status nearby_values(const qn_solid *solid, int64_t count, const double (*points)[3],
@@ -97,10 +126,11 @@ void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell) {
     qn_solid_destroy(nearby->near);
     nearby->near = NULL;
     nearby->cell = *cell;
-    nearby->questions = 0;
+    nearby->asked = NULL;
 }
 
 void qni_nearby_end(qni_nearby *nearby) {
+    forget_parts(nearby);
     qn_solid_destroy(nearby->near);
     qn_solid_destroy(nearby->block);
     nearby->near = nearby->block = NULL;

@@ -355,10 +355,29 @@ static bool accept_roughly(const qni_face_job *job, qni_trace *trace) {
            distance < 0.01 * job->size;
 }
 
+/* Flat pieces that meet in one bend, as most do: their tangents say all. */
+static bool trace_flat(const qni_face_job *job, const qni_face_point *enter,
+                       const qni_face_point *leave, qni_trace *trace) {
+    const double cell = job->hermite->lattice.cell;
+    double bend[3], from[2][3];
+    start_chain(enter, leave, trace);
+    if (!lines_meet(&enter->line, &leave->line, trace->bends[0]) ||
+        !is_within(job, trace->bends[0], 5e-5 * cell) || !runs_on(job, trace))
+        return false;
+    to_space(job, trace->bends[0], bend);
+    to_space(job, enter->line.at, from[0]);
+    to_space(job, leave->line.at, from[1]);
+    trace->verified =
+        qni_flat_pieces_meet(job->solid, bend, 2, (const double(*)[3])from, 1e-8 * cell);
+    return trace->verified;
+}
+
 bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace) {
     double bend[2];
     qni_face_line unused;
+    if (trace_flat(job, enter, leave, trace))
+        return true;
     if (find_bend(job, &enter->line, &leave->line, bend, &unused) == BEND_SMOOTH) {
         trace->count = 0;
         trace->verified = true;

@@ -6,12 +6,14 @@
 
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 
-enum { ALIGNMENT = 64 };
+/* Of arrays, so that rows of them start on cache lines; small things have the common one. */
+enum { ALIGNMENT = 64, SMALL_BYTES = 1024 };
 
 /* Large blocks start on a huge page and ask for huge ones: a mesh of hundreds of megabytes written
  * once would otherwise cost more time in page faults than in computing. */
@@ -30,6 +32,8 @@ static void *default_alloc(void *user, size_t size, size_t alignment) {
     size_t rounded = (size + alignment - 1) / alignment * alignment;
     if (rounded < size)
         return NULL;
+    if (alignment <= _Alignof(max_align_t)) /* malloc() reuses small blocks much faster */
+        return malloc(size);
     void *pointer = aligned_alloc(alignment, rounded ? rounded : alignment);
 #ifdef MADV_HUGEPAGE
     if (pointer && size >= huge_from)
@@ -105,7 +109,8 @@ void *qni_alloc(qn_context *context, int64_t count, size_t size) {
         return NULL;
     size_t bytes = (size_t)count * size;
     const qn_allocator *allocator = &context->options.allocator;
-    void *pointer = allocator->alloc(allocator->user, bytes ? bytes : 1, ALIGNMENT);
+    void *pointer = allocator->alloc(allocator->user, bytes ? bytes : 1,
+                                     bytes < SMALL_BYTES ? _Alignof(max_align_t) : ALIGNMENT);
     if (pointer)
         count_bytes(context, (long long)(bytes ? bytes : 1));
     return pointer;

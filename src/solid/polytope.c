@@ -185,12 +185,17 @@ static qn_status polytope_crossings(const qn_solid *solid, const double a[3], co
 static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner,
                         polytope **out);
 
+/* Few planes are asked faster than a smaller solid is made. */
+enum { FEW_PLANES = 8 };
+
 /* A plane that is below another one all over the box is never the active one there. */
 static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box,
                                    qn_solid **solid_out) {
     const polytope *p = (const polytope *)solid;
     double range[2], each[2];
     int64_t kept = 0;
+    if (p->count <= FEW_PLANES)
+        return qni_restrict_to_itself(solid, box, solid_out);
     exact_bounds(p, box, range);
     for (int64_t n = 0; n < p->count; ++n) {
         plane_range(&p->planes[n], box, each);
