@@ -380,10 +380,11 @@ static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_se
     const int32_t threads = qn_context_threads(context);
     qni_patch *patches = qni_alloc_zero(context, threads, sizeof *patches);
     qni_face_solution *solutions = qni_alloc(context, threads, sizeof *solutions);
-    qn_status status = patches && solutions ? QN_OK : qni_fail_memory(error, "a surface");
+    qni_face_store *stores = qni_alloc_zero(context, threads, sizeof *stores);
+    qn_status status = patches && solutions && stores ? QN_OK : qni_fail_memory(error, "a surface");
     for (int32_t n = 0; patches && n < threads; ++n)
         qni_patch_start(&patches[n], context, hermite, settings);
-    qni_coarsening coarsening = {hermite, settings, patches, solutions, NULL, 0};
+    qni_coarsening coarsening = {hermite, settings, patches, stores, NULL, 0};
     qni_stages stages = {.context = context,
                          .hermite = hermite,
                          .settings = *settings,
@@ -398,6 +399,7 @@ static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_se
         qni_patch_free(&patches[n]);
     qni_free(context, patches, threads, sizeof *patches);
     qni_free(context, solutions, threads, sizeof *solutions);
+    qni_free(context, stores, threads, sizeof *stores);
     return status;
 }
 

@@ -287,12 +287,33 @@ bool qni_flat_pieces_meet(const qn_solid *solid, const double point[3], int32_t 
 /* ---- the whole ----------------------------------------------------------------------------------
  */
 
+/* Faces of cells that may be leaves, while one block's cells are asked (face_store.c). */
+enum { QNI_KEPT_FACES = 240 + 36, QNI_KEPT_SEGMENTS = 3, QNI_KEPT_FEATURES = 6 };
+
+typedef struct qni_kept_face {
+    bool known;
+    bool simple; /* else a leaf cannot have it, and nothing more is kept of it */
+    int8_t count, feature_count;
+    qni_segment segments[QNI_KEPT_SEGMENTS];
+    qni_face_feature features[QNI_KEPT_FEATURES];
+} qni_kept_face;
+
+typedef struct qni_face_store {
+    bool used;
+    int32_t block[3];
+    qni_face_solution solution;
+    qni_kept_face other, faces[QNI_KEPT_FACES]; /* other: of larger cells, not kept */
+} qni_face_store;
+
+/* A face of the patch's cell, good until the next question. */
+const qni_kept_face *qni_face_store_solve(qni_face_store *store, const qni_patch *patch, int face);
+
 /* The coarsening question (coarsen.c). */
 typedef struct qni_coarsening {
     const qni_hermite *hermite;
     const qni_cms_settings *settings;
-    qni_patch *patches; /* one for each thread */
-    qni_face_solution *faces;
+    qni_patch *patches;     /* one for each thread */
+    qni_face_store *stores; /* likewise */
     const qni_cell *vetoes; /* ascending: cells that did not come out well beside finer ones */
     int64_t veto_count;
 } qni_coarsening;

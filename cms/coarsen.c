@@ -13,8 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SEGMENTS = 3, MOST_FEATURES = 6 }; /* on a face of a leaf above the finest level */
-
 /* ---- samples ------------------------------------------------------------------------------------
  */
 
@@ -186,31 +184,28 @@ static bool samples_are_explained(const qni_patch *patch) {
 }
 
 /* The cell's own loop, as if its neighbours were leaves of its size. */
-static bool make_loop(qni_patch *patch, qni_face_solution *solution, const qni_cell *cell) {
-    qni_face_feature features[QNI_FACES * MOST_FEATURES];
+static bool make_loop(qni_patch *patch, qni_face_store *store, const qni_cell *cell) {
+    qni_face_feature features[QNI_FACES * QNI_KEPT_FEATURES];
     patch->octree = NULL;
     qni_patch_set_cell(patch, cell);
     for (int face = 0; face < QNI_FACES; ++face) {
-        const qni_face place = qni_face_of_cell(cell, face);
-        qni_solve_face(patch->hermite, patch->solid, patch->settings, &place, solution);
-        if (solution->count > MOST_SEGMENTS || solution->feature_count > MOST_FEATURES ||
-            solution->broken || solution->dropped || solution->unresolved)
+        const qni_kept_face *kept = qni_face_store_solve(store, patch, face);
+        if (!kept->simple)
             return false;
         const bool out = qni_face_points_out(face);
-        memcpy(features + MOST_FEATURES * face, solution->features,
-               sizeof *features * (size_t)solution->feature_count);
-        for (int n = 0; n < solution->count; ++n)
-            if (!qni_patch_add_piece(patch, &solution->segments[n], out,
-                                     (uint32_t)(MOST_FEATURES * face)))
+        const int first = QNI_KEPT_FEATURES * face;
+        memcpy(features + first, kept->features, sizeof *features * (size_t)kept->feature_count);
+        for (int n = 0; n < kept->count; ++n)
+            if (!qni_patch_add_piece(patch, &kept->segments[n], out, (uint32_t)first))
                 return false;
     }
     return qni_patch_trace(patch, features) && patch->loop_count == 1;
 }
 
-static bool is_explained(qni_patch *patch, qni_face_solution *solution, const qni_cell *cell) {
+static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell *cell) {
     qni_cms_tally unused;
     memset(&unused, 0, sizeof unused);
-    if (!make_loop(patch, solution, cell) || qni_patch_place_apexes(patch, true, &unused) != QN_OK)
+    if (!make_loop(patch, store, cell) || qni_patch_place_apexes(patch, true, &unused) != QN_OK)
         return false;
     const qni_loop *loop = &patch->loops[0];
     if (qni_patch_triangulate(patch, &unused) != QN_OK)
@@ -253,5 +248,5 @@ bool qni_cell_is_explained(void *user, const qni_cell *cell) {
     if (!qni_hermite_has_crossed_edge(hermite, cell->low, cell->level))
         return visit_samples(hermite, cell, is_unwanted, NULL);
     const int32_t thread = qni_thread_index();
-    return is_explained(&coarsening->patches[thread], &coarsening->faces[thread], cell);
+    return is_explained(&coarsening->patches[thread], &coarsening->stores[thread], cell);
 }
