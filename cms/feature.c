@@ -173,8 +173,6 @@ static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
     if (found && is_inside(patch, point))
         set_apex(patch, loop, point);
-    else if (qni_patch_on_surface(patch, middle, 2e-5 * patch->hermite->lattice.cell))
-        set_apex(patch, loop, middle);
     else
         set_escaped(patch, loop, middle, found ? point : NULL);
 }

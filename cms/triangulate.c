@@ -107,13 +107,16 @@ static void mark_sheets(flat_job *job, int32_t sharp_count) {
     }
 }
 
-/* The crossing whose tangent plane the triangle lies in, within the tolerance, and whose way it
- * faces; -1 for none. */
+/* The crossing, on the triangle's side of the crease, whose tangent plane the triangle lies in,
+ * within the tolerance, and whose way it faces; -1 for none. */
 static int plane_of(const flat_job *job, int i, int j, int k, const double normal[3], double area,
                     double *best_out) {
+    const uint8_t sheet = job->sheets[i] & job->sheets[j] & job->sheets[k];
     double best = job->tolerance;
     int plane = -1;
     for (int m = 0; m < job->plane_count; ++m) {
+        if (!(job->sheets[job->planes[m]] & sheet))
+            continue;
         const double height =
             fmax(job->heights[m][i], fmax(job->heights[m][j], job->heights[m][k]));
         const double *tangent = job->v[job->planes[m]].normal;
@@ -224,8 +227,8 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
                                job.facing[2] * job.facing[2]);
     for (int k = 0; k < 3; ++k)
         job.facing[k] /= length > 0 ? length : 1;
-    measure_heights(&job);
     mark_sheets(&job, loop->sharp_count);
+    measure_heights(&job);
     if (!choose_triangles(&job))
         return false;
     loop->triangle_first = (int32_t)patch->triangle_count;

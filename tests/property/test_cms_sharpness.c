@@ -201,12 +201,12 @@ static void wedges(void **state) {
 
 static void figures_8(void **state) {
     (void)state;
-    measure_all("figure 8", make_figure_8, 0, 6, test_count(12, 200), 0.95);
+    measure_all("figure 8", make_figure_8, 0, 6, test_count(12, 200), 0.98);
 }
 
 static void bitten_corners(void **state) {
     (void)state;
-    measure_all("bitten corner", make_bitten_corner, 0, 6, test_count(12, 200), 0.95);
+    measure_all("bitten corner", make_bitten_corner, 0, 6, test_count(12, 200), 1);
 }
 
 int main(void) {
