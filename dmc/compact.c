@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* Packs a mesh whose gone vertices and quads are marked, in place and in order: count, scan, move.
- * A new number is that of the run of 256 plus one byte, which takes the mark's place, so that the
- * tables stay in the cache. */
+ * A vertex that was merged gets the new number of the one it was merged into. */
 #include "dmc/simplify.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -10,28 +9,74 @@
 
 enum { RUN_BITS = 8, RUN = 1 << RUN_BITS, GONE = 255 };
 
-/* New numbers: of n it is base[n / RUN] + within[n]; that of n + 1 is the same when n is gone. */
+/* New numbers of quads, for halfedges: of n it is base[n / RUN] + within[n]. So that the tables
+ * stay in the cache, the byte takes the mark's place; that of n + 1 is the same when n is gone. */
 typedef struct numbering {
     uint32_t *base;  /* [runs] */
     uint8_t *within; /* [count + 1]: what stays before it in its run */
-    int64_t count, runs, stay;
+    int64_t runs;
 } numbering;
 
-static uint32_t new_number(const numbering *n, uint32_t old) {
+typedef struct packing {
+    qn_mesh *mesh;
+    int32_t parts;
+    const uint8_t *vertex_marks;
+    uint8_t *quad_marks;
+    uint32_t *renumber;
+    numbering quads;       /* where there are halfedges */
+    int64_t (*part)[2][2]; /* [parts + 1]: vertices and quads before it, old and new */
+} packing;
+
+/* ---- numbers --------------------------------------------------------------------------------- */
+
+static int64_t count_staying(const uint8_t *marks, int64_t from, int64_t end) {
+    int64_t gone = 0;
+    for (int64_t n = from; n < end;) {
+        const int64_t stop = n + 128 < end ? n + 128 : end;
+        uint8_t few = 0;
+        for (; n < stop; ++n)
+            few = (uint8_t)(few + (marks[n] == GONE));
+        gone += few;
+    }
+    return end - from - gone;
+}
+
+static void find_parts(const packing *p) {
+    const int32_t parts = p->parts;
+#pragma omp parallel for schedule(static, 1) num_threads(parts)
+    for (int32_t n = 0; n <= parts; ++n) {
+        const int64_t count[2] = {p->mesh->vertex_count, p->mesh->quad_count};
+        const uint8_t *marks[2] = {p->vertex_marks, p->quad_marks};
+        for (int i = 0; i < 2; ++i) {
+            const int64_t from = count[i] / parts * n,
+                          end = n == parts - 1 ? count[i] : from + count[i] / parts;
+            p->part[n][i][0] = n == parts ? count[i] : from;
+            p->part[n][i][1] = n == parts ? 0 : count_staying(marks[i], from, end);
+        }
+    }
+    for (int i = 0; i < 2; ++i) {
+        int64_t before = 0;
+        for (int32_t n = 0; n <= parts; ++n) {
+            const int64_t own = p->part[n][i][1];
+            p->part[n][i][1] = before;
+            before += own;
+        }
+    }
+}
+
+static uint32_t new_quad(const numbering *n, uint32_t old) {
     return n->base[old >> RUN_BITS] + n->within[old];
 }
 
-static bool stays(const numbering *n, int64_t old) {
-    return new_number(n, (uint32_t)old) != new_number(n, (uint32_t)(old + 1));
-}
-
-static bool number_anew(qn_context *context, uint8_t *marks, int64_t count, numbering *n) {
-    const int32_t threads = qn_context_threads(context);
-    n->count = count;
+static bool number_quads(qn_context *context, packing *p) {
+    const int64_t count = p->mesh->quad_count;
+    const int32_t threads = p->parts;
+    numbering *n = &p->quads;
+    int64_t stay = 0;
+    (void)threads;
     n->runs = count / RUN + 1;
-    n->within = marks;
-    n->stay = 0;
-    marks[count] = 0;
+    n->within = p->quad_marks;
+    n->within[count] = 0;
     n->base = qni_alloc(context, n->runs, sizeof *n->base);
     if (!n->base)
         return false;
@@ -40,114 +85,151 @@ static bool number_anew(qn_context *context, uint8_t *marks, int64_t count, numb
         const int64_t end = (run + 1) * RUN < count + 1 ? (run + 1) * RUN : count + 1;
         uint32_t before = 0;
         for (int64_t at = run * RUN; at < end; ++at) {
-            const bool remains = marks[at] != GONE;
-            marks[at] = (uint8_t)before;
+            const bool remains = n->within[at] != GONE;
+            n->within[at] = (uint8_t)before;
             before += remains;
         }
         n->base[run] = before;
     }
     for (int64_t run = 0; run < n->runs; ++run) {
         const uint32_t in_run = n->base[run];
-        n->base[run] = (uint32_t)n->stay;
-        n->stay += in_run;
+        n->base[run] = (uint32_t)stay;
+        stay += in_run;
     }
-    n->stay = new_number(n, (uint32_t)count);
     return true;
 }
 
-typedef struct packing {
-    qn_mesh *mesh;
-    numbering vertices, quads;
-} packing;
+/* ---- moving ---------------------------------------------------------------------------------- */
 
 static uint32_t side_anew(const packing *p, uint32_t h) {
-    return h == QN_NO_HALFEDGE ? h : new_number(&p->quads, h >> 2) << 2 | (h & 3);
+    return h == QN_NO_HALFEDGE ? h : new_quad(&p->quads, h >> 2) << 2 | (h & 3);
 }
 
-static void move_point(float *points, int64_t from, int64_t to) {
-    const float x = points[3 * from], y = points[3 * from + 1], z = points[3 * from + 2];
-    points[3 * to] = x;
-    points[3 * to + 1] = y;
-    points[3 * to + 2] = z;
+/* The vertices of a run that stay together, from `from` to `to`, which is not beyond it. */
+static void move_points(float *points, int64_t from, int64_t end, int64_t to) {
+    if (from == to)
+        return;
+    for (int64_t n = 0; n < 3 * (end - from); ++n)
+        points[3 * to + n] = points[3 * from + n];
 }
 
-/* Vertices [from, end) to `to` and on, which is not beyond `from`; how many stay. */
-static int64_t pack_vertices(const packing *p, int64_t from, int64_t end, int64_t to) {
+/* Each thread packs its part to the part's own start, and numbers its vertices. */
+static void pack_vertices(const packing *p, int32_t part) {
     qn_mesh *mesh = p->mesh;
-    const int64_t first = to;
-    for (int64_t v = from; v < end; ++v) {
-        if (!stays(&p->vertices, v))
-            continue;
-        move_point(mesh->positions, v, to);
+    const int64_t first = p->part[part][0][0], end = p->part[part + 1][0][0];
+    int64_t number = p->part[part][0][1], to = first;
+    for (int64_t v = first; v < end;) {
+        const int64_t from = v;
+        for (; v < end && p->vertex_marks[v] != GONE; ++v)
+            p->renumber[v] = (uint32_t)number++;
+        move_points(mesh->positions, from, v, to);
         if (mesh->normals)
-            move_point(mesh->normals, v, to);
-        mesh->vertex_halfedges[to++] = side_anew(p, mesh->vertex_halfedges[v]);
+            move_points(mesh->normals, from, v, to);
+        for (int64_t n = 0; mesh->twins && n < v - from; ++n)
+            mesh->vertex_halfedges[to + n] = side_anew(p, mesh->vertex_halfedges[from + n]);
+        to += v - from;
+        for (; v < end && p->vertex_marks[v] == GONE; ++v)
+            ;
     }
-    return to - first;
 }
 
-static int64_t pack_quads(const packing *p, int64_t from, int64_t end, int64_t to) {
+/* Those that went get the number of the one that was kept; which is not gone, or no quad asks. */
+static void follow_kept(const packing *p, int32_t part) {
+    const uint8_t *marks = p->vertex_marks;
+    for (int64_t v = p->part[part][0][0]; v < p->part[part + 1][0][0]; ++v)
+        if (marks[v] == GONE && marks[p->renumber[v]] != GONE)
+            p->renumber[v] = p->renumber[p->renumber[v]];
+}
+
+static void pack_quads(const packing *p, int32_t part) {
+    uint32_t *quads = p->mesh->quads;
+    const uint8_t *marks = p->quad_marks;
+    const int64_t end = p->part[part + 1][1][0];
+    int64_t to = p->part[part][1][0];
+    for (int64_t q = to; q < end; ++q) {
+        const uint32_t *v = quads + 4 * q;
+        const uint32_t moved[4] = {p->renumber[v[0]], p->renumber[v[1]], p->renumber[v[2]],
+                                   p->renumber[v[3]]};
+        memcpy(quads + 4 * to, moved, sizeof moved);
+        to += marks[q] != GONE;
+    }
+}
+
+/* The same with halfedges. */
+static void pack_linked_quads(const packing *p, int32_t part) {
     uint32_t *quads = p->mesh->quads, *twins = p->mesh->twins;
-    const int64_t first = to;
-    for (int64_t q = from; q < end; ++q) {
-        if (!stays(&p->quads, q))
+    const int64_t end = p->part[part + 1][1][0];
+    int64_t to = p->part[part][1][0];
+    for (int64_t q = to; q < end; ++q) {
+        if (new_quad(&p->quads, (uint32_t)q) == new_quad(&p->quads, (uint32_t)q + 1))
             continue;
         for (int64_t k = 0; k < 4; ++k) {
-            quads[4 * to + k] = new_number(&p->vertices, quads[4 * q + k]);
+            quads[4 * to + k] = p->renumber[quads[4 * q + k]];
             twins[4 * to + k] = side_anew(p, twins[4 * q + k]);
         }
         ++to;
     }
-    return to - first;
 }
 
-static void move_items(void *items, int64_t from, int64_t count, int64_t to, size_t size) {
-    if (items && from != to)
-        memmove((char *)items + (size_t)to * size, (char *)items + (size_t)from * size,
+static void move_items(void *items, const int64_t part[2], int64_t count, size_t size) {
+    if (items && part[0] != part[1])
+        memmove((char *)items + (size_t)part[1] * size, (char *)items + (size_t)part[0] * size,
                 (size_t)count * size);
 }
 
-/* Each thread packs its part to the part's own start; then the parts close up. */
-static void pack_parts(const packing *p, int32_t parts) {
+static void close_up(const packing *p) {
     qn_mesh *mesh = p->mesh;
-#pragma omp parallel for schedule(static, 1) num_threads(parts)
-    for (int32_t part = 0; part < parts; ++part) {
-        const int64_t v = mesh->vertex_count * part / parts, q = mesh->quad_count * part / parts;
-        pack_vertices(p, v, mesh->vertex_count * (part + 1) / parts, v);
-        pack_quads(p, q, mesh->quad_count * (part + 1) / parts, q);
-    }
-    for (int32_t part = 1; part < parts; ++part) {
-        const int64_t v = mesh->vertex_count * part / parts,
-                      v_end = mesh->vertex_count * (part + 1) / parts;
-        const int64_t q = mesh->quad_count * part / parts,
-                      q_end = mesh->quad_count * (part + 1) / parts;
-        const int64_t to_v = new_number(&p->vertices, (uint32_t)v),
-                      to_q = new_number(&p->quads, (uint32_t)q);
-        const int64_t vertices = new_number(&p->vertices, (uint32_t)v_end) - to_v;
-        const int64_t quads = new_number(&p->quads, (uint32_t)q_end) - to_q;
-        move_items(mesh->positions, v, vertices, to_v, 3 * sizeof(float));
-        move_items(mesh->normals, v, vertices, to_v, 3 * sizeof(float));
-        move_items(mesh->vertex_halfedges, v, vertices, to_v, sizeof *mesh->vertex_halfedges);
-        move_items(mesh->quads, q, quads, to_q, 4 * sizeof(uint32_t));
-        move_items(mesh->twins, q, quads, to_q, 4 * sizeof(uint32_t));
+    for (int32_t n = 1; n < p->parts; ++n) {
+        const int64_t *vertices = p->part[n][0], *quads = p->part[n][1];
+        const int64_t vertex_count = p->part[n + 1][0][1] - vertices[1],
+                      quad_count = p->part[n + 1][1][1] - quads[1];
+        move_items(mesh->positions, vertices, vertex_count, 3 * sizeof(float));
+        move_items(mesh->normals, vertices, vertex_count, 3 * sizeof(float));
+        move_items(mesh->vertex_halfedges, vertices, vertex_count, sizeof(uint32_t));
+        move_items(mesh->quads, quads, quad_count, 4 * sizeof(uint32_t));
+        move_items(mesh->twins, quads, quad_count, 4 * sizeof(uint32_t));
     }
 }
 
-qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, uint8_t *vertex_marks,
-                           uint8_t *quad_marks, qn_error *error) {
-    packing p = {.mesh = mesh};
-    if (!number_anew(context, vertex_marks, mesh->vertex_count, &p.vertices) ||
-        !number_anew(context, quad_marks, mesh->quad_count, &p.quads)) {
-        qni_free(context, p.vertices.base, p.vertices.runs, sizeof *p.vertices.base);
+static void pack(const packing *p) {
+    const int32_t parts = p->parts;
+#pragma omp parallel for schedule(static, 1) num_threads(parts)
+    for (int32_t n = 0; n < parts; ++n)
+        pack_vertices(p, n);
+#pragma omp parallel for schedule(static, 1) num_threads(parts)
+    for (int32_t n = 0; n < parts; ++n)
+        follow_kept(p, n);
+#pragma omp parallel for schedule(static, 1) num_threads(parts)
+    for (int32_t n = 0; n < parts; ++n)
+        if (p->mesh->twins)
+            pack_linked_quads(p, n);
+        else
+            pack_quads(p, n);
+    close_up(p);
+}
+
+qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, const uint8_t *vertex_marks,
+                           uint8_t *quad_marks, uint32_t *renumber, qn_error *error) {
+    packing p = {.mesh = mesh,
+                 .parts = qn_context_threads(context),
+                 .vertex_marks = vertex_marks,
+                 .quad_marks = quad_marks,
+                 .renumber = renumber};
+    p.part = qni_alloc(context, p.parts + 1, sizeof *p.part);
+    if (p.part)
+        find_parts(&p);
+    if (!p.part || (mesh->twins && !number_quads(context, &p))) {
+        qni_free(context, p.part, p.parts + 1, sizeof *p.part);
         return qni_fail_memory(error, "the numbers of a packed mesh");
     }
-    pack_parts(&p, qn_context_threads(context));
-    mesh->vertex_slack += mesh->vertex_count - p.vertices.stay;
-    mesh->quad_slack += mesh->quad_count - p.quads.stay;
-    mesh->vertex_count = p.vertices.stay;
-    mesh->quad_count = p.quads.stay;
-    mesh->halfedge_count = 4 * p.quads.stay;
-    qni_free(context, p.vertices.base, p.vertices.runs, sizeof *p.vertices.base);
+    pack(&p);
+    const int64_t vertices = p.part[p.parts][0][1], quads = p.part[p.parts][1][1];
+    mesh->vertex_slack += mesh->vertex_count - vertices;
+    mesh->quad_slack += mesh->quad_count - quads;
+    mesh->vertex_count = vertices;
+    mesh->quad_count = quads;
+    mesh->halfedge_count = mesh->twins ? 4 * quads : 0;
+    qni_free(context, p.part, p.parts + 1, sizeof *p.part);
     qni_free(context, p.quads.base, p.quads.runs, sizeof *p.quads.base);
     return QN_OK;
 }

@@ -77,9 +77,9 @@ static qn_status make_mesh(qni_dmc *dmc, const qn_grid *grid, bool with_normals,
     if (status == QN_OK && dmc->with_valences) {
         dmc->valence_room = total_vertices(dmc) + 1;
         dmc->valences = qni_alloc(dmc->context, dmc->valence_room, 1);
-        dmc->colour_room = total_quads(dmc);
+        dmc->colour_room = total_quads(dmc) + 1;
         dmc->colours = qni_alloc(dmc->context, dmc->colour_room, 1);
-        if (!dmc->valences || (!dmc->colours && dmc->colour_room))
+        if (!dmc->valences || !dmc->colours)
             status = qni_fail_memory(error, "the valences");
     }
     if (status == QN_OK)
@@ -104,8 +104,7 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
     qni_dmc dmc = {.context = context, .held_before = qn_context_memory(context).current_bytes};
     const bool with_normals = !options->skip_normals;
     const double start = qni_seconds();
-    dmc.with_halfedges =
-        (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
+    dmc.with_halfedges = (options->halfedges && !options->triangles) || options->relax > 0;
     dmc.with_repair = !options->keep_doubled;
     dmc.with_valences = options->simplify;
     dmc.with_tunnels = options->topology == QN_TOPOLOGY_EXACT;
@@ -123,12 +122,12 @@ qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double i
         status = make_mesh(&dmc, qn_volume_grid(volume), with_normals, mesh_out, error);
     if (status == QN_OK)
         fill_report(&dmc, with_normals, report);
-    qni_repair_free(&dmc);
-    qni_dmc_free_rows(&dmc);
     report->seconds_classify = counted - start;
     report->seconds_emit = qni_seconds() - counted;
     if (status == QN_OK && *mesh_out)
-        status = qni_dmc_improve(&dmc, *mesh_out, dmc.colours, options, report, error);
+        status = qni_dmc_improve(&dmc, *mesh_out, options, report, error);
+    qni_repair_free(&dmc);
+    qni_dmc_free_rows(&dmc);
     qni_free(context, dmc.valences, dmc.valence_room, 1);
     qni_free(context, dmc.colours, dmc.colour_room, 1);
     if (status != QN_OK) {

@@ -79,9 +79,10 @@ typedef struct qni_dmc {
     qni_field field;
     bool with_halfedges, with_repair, with_tunnels, with_valences;
     uint8_t *valences; /* [vertices of the mesh + 1]: quads round each, 0 where they do not close
-                          round it; filled by emission when it is to be simplified, else NULL */
-    uint8_t *colours;  /* [quads of the mesh], likewise: 2 axis + ((x + y + z) & 1) of their lattice
-                          edges, 6 of quads that were split */
+                          round it (simplify_hd.h); filled by emission when it is to be simplified,
+                          else NULL */
+    uint8_t *colours;  /* [quads of the mesh + 1], likewise: the axes of their lattice edges, 3 of
+                          quads that were split */
     int64_t valence_room, colour_room;
     struct qni_repair *repair; /* planned after counting, when there are doubled edges */
     qni_dmc_row *rows;
@@ -105,12 +106,11 @@ int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals);
 void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes);
 
 /* Simplify and relax the finished mesh as the options ask (improve.c); the report's counts follow.
- * Halfedges that the mesh has are kept right; where they are missing they are made, and given up
- * again unless options->halfedges. `colours` are those of the quads' lattice edges, 2 axis + ((x +
- * y + z) & 1); NULL: found from the positions. */
-qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const uint8_t *colours,
-                          const qn_surface_options *options, qn_surface_report *report,
-                          qn_error *error);
+ * Halfedges that the mesh has are kept right; where they are missing and needed they are made, and
+ * given up again unless options->halfedges. Simplification needs none when the rows and valences of
+ * emission are still there. */
+qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const qn_surface_options *options,
+                          qn_surface_report *report, qn_error *error);
 
 /* One iso-value, both passes. `mesh_out` stays NULL with options->count_only. */
 qn_status qni_dmc_surface(qn_context *context, const qn_volume *volume, double isovalue,

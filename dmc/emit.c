@@ -295,12 +295,15 @@ static void pick_polygons(const leaf_ids *ids, int place, int axis, uint32_t cor
 }
 
 static void emit_quads(const emission *job, worker *w, const qni_leaf_extent *extent,
-                       uint32_t *quad) {
+                       int64_t first_quad) {
+    uint32_t *quad = job->mesh->quads + 4 * first_quad;
+    uint8_t *colours = job->dmc->colours ? job->dmc->colours + first_quad : NULL;
     const uint32_t *first = &w->ids.first[0][0][0];
     const bool any_multi = w->ids.any_multi;
     for (int axis = 0; axis < 3; ++axis) {
         const int back[4] = {ring_back[axis][0], ring_back[axis][1], ring_back[axis][2],
                              ring_back[axis][3]};
+        const uint32_t *first_of_axis = quad;
         for (int z = 0; z < QNI_LEAF; ++z) {
             /* Values fall along the axis where the edge starts above: then the outside of an inside
              * above lies ahead. */
@@ -320,6 +323,11 @@ static void emit_quads(const emission *job, worker *w, const qni_leaf_extent *ex
                 quad[3] = corner[turn ? 3 : 1];
                 quad += 4;
             }
+        }
+        const size_t of_axis = (size_t)(quad - first_of_axis) / 4;
+        if (colours) {
+            memset(colours, axis, of_axis);
+            colours += of_axis;
         }
     }
 }
@@ -345,12 +353,35 @@ static void signs_of_tile(worker *w) {
         }
 }
 
-static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
-                      const qni_dmc_leaf *own, const qni_leaf_extent *extent, const int64_t at[3],
-                      qni_upper_rows *upper) {
+static bool is_at_border(const emission *job, const qni_leaf_extent *extent, const int64_t at[3]) {
     bool at_border = false;
     for (int a = 0; a < 3; ++a)
         at_border = at_border || extent->at_low[a] || at[a] + QNI_LEAF >= job->dmc->field.cells[a];
+    return at_border;
+}
+
+/* Quads round each vertex of the leaf, as linking finds them: its polygon's edges, or 0 where some
+ * are on the lattice's border and have no quads. */
+static void note_valences(const emission *job, worker *w, const qni_dmc_row *row,
+                          const qni_dmc_leaf *own, const qni_leaf_extent *extent,
+                          const int64_t at[3]) {
+    const qni_link_leaf link = {
+        .tile = (const double(*)[QNI_TILE][QNI_TILE])w->tile,
+        .signs = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs,
+        .tables = &job->link_tables,
+        .extent = extent,
+        .leaf = own,
+        .multis = row->multis + own->multi_base,
+        .at_border = is_at_border(job, extent, at),
+    };
+    qni_note_valences(&link, job->dmc->field.cells, at,
+                      job->dmc->valences + row->vertex_base + own->vertex_base);
+}
+
+static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
+                      const qni_dmc_leaf *own, const qni_leaf_extent *extent, const int64_t at[3],
+                      qni_upper_rows *upper) {
+    const bool at_border = is_at_border(job, extent, at);
     const qni_link_leaf link = {
         .tile = (const double(*)[QNI_TILE][QNI_TILE])w->tile,
         .signs = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs,
@@ -362,7 +393,7 @@ static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
         .first_vertex = (uint32_t)(row->vertex_base + own->vertex_base),
         .at_border = at_border,
     };
-    qni_quad_ids_note(upper, own->x, at_border, job->dmc->colours, &w->quad_ids);
+    qni_quad_ids_note(upper, own->x, at_border, &w->quad_ids);
     qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges,
              job->dmc->valences);
 }
@@ -414,12 +445,14 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         note_neighbours(w, &rows, own->x, own);
         emit_vertices(job, w, row, own, at);
         if (job->mesh->quads)
-            emit_quads(job, w, &extent, job->mesh->quads + 4 * (row->quad_base + own->quad_base));
+            emit_quads(job, w, &extent, row->quad_base + own->quad_base);
         if (dmc->repair)
             next_split = note_splits(dmc, w, &extent, index, own->x,
                                      (uint32_t)(row->quad_base + own->quad_base), next_split);
         if (job->mesh->twins)
             link_leaf(job, w, row, own, &extent, at, &upper);
+        else if (dmc->valences)
+            note_valences(job, w, row, own, &extent, at);
     }
 }
 
@@ -464,7 +497,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     job.reverse = dmc->field.inside_below != (determinant < 0);
     if (mesh->vertex_count == 0)
         return QN_OK;
-    if (mesh->twins)
+    if (mesh->twins || dmc->valences)
         qni_link_prepare(job.reverse, &job.link_tables);
     worker *workers = qni_alloc_zero(dmc->context, threads, sizeof *workers);
     if (!workers)

@@ -28,15 +28,13 @@ count_bits(uint64_t bits) { /* without a call where the processor's own is not b
 }
 
 /* The quads of the leaf at hand, which are numbered in the order in which they are met. */
-static void note_own(const qni_dmc_row *row, int32_t at, uint8_t *colours, qni_quad_ids *ids) {
+static void note_own(const qni_dmc_row *row, int32_t at, qni_quad_ids *ids) {
     const qni_leaf_quads *quads = row->quads + at;
     uint32_t quad = (uint32_t)(row->quad_base + row->leaves[at].quad_base);
     for (int axis = 0; axis < 3; ++axis)
         for (int z = 0; z < QNI_LEAF; ++z)
             for (uint64_t rest = quads->mask[axis][z]; rest; rest &= rest - 1) {
                 const int bit = __builtin_ctzll(rest);
-                if (colours) /* a leaf's first point is even */
-                    colours[quad] = (uint8_t)(2 * axis + ((z ^ bit ^ bit >> 3) & 1));
                 ids->quad[axis][z][bit >> 3][bit & 7] = quad++;
             }
 }
@@ -58,8 +56,7 @@ static void note_upper(const qni_dmc_row *row, int32_t at, const int shift[3], q
             }
 }
 
-void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, uint8_t *colours,
-                       qni_quad_ids *ids) {
+void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, qni_quad_ids *ids) {
     if (at_border) /* elsewhere every crossed edge has a quad, and others are not asked for */
         memset(ids, 0xff, sizeof *ids);
     for (int n = 0; n < 4; ++n) {
@@ -73,7 +70,7 @@ void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, uint8_t 
             if (shift[0] | shift[1] | shift[2])
                 note_upper(row, at, shift, ids);
             else
-                note_own(row, at, colours, ids);
+                note_own(row, at, ids);
         }
     }
 }
@@ -344,6 +341,42 @@ static void link_vertices(const qni_link_leaf *job, const uint32_t *quads,
             if (valences)
                 valences[vertex] = tables->crossed_edges[case_index];
             ++vertex;
+        }
+}
+
+/* Edges of a cell that are on the lattice's border and so have no quads. */
+static unsigned edges_on_border(const int64_t cells[3], const int64_t cell[3]) {
+    unsigned edges = 0;
+    for (int edge = 0; edge < QNI_EDGES; ++edge)
+        for (int a = 0; a < 3; ++a) {
+            const int64_t at = cell[a] + qni_edge_side(edge, a);
+            const bool outside = a != qni_edge_axis(edge) && (at == 0 || at == cells[a]);
+            edges |= (unsigned)outside << edge;
+        }
+    return edges;
+}
+
+void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const int64_t at[3],
+                       uint8_t *valences) {
+    const qni_multi_cell *multi = job->multis, *multi_end = multi + job->leaf->multi_count;
+    for (int z = 0; z < QNI_LEAF; ++z)
+        for (uint64_t rest = job->leaf->active[z]; rest; rest &= rest - 1) {
+            const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
+            const int case_index = qni_case_of_cell(job->signs, x, y, z);
+            const bool is_multi = multi < multi_end && multi->cell == bit + 64 * z;
+            if (!is_multi && !job->at_border) {
+                *valences++ = job->tables->crossed_edges[case_index];
+                continue;
+            }
+            const int64_t cell[3] = {at[0] + x, at[1] + y, at[2] + z};
+            const unsigned missing = job->at_border ? edges_on_border(cells, cell) : 0;
+            const int entry = is_multi ? multi->entry : 0;
+            for (int n = 0; n < (is_multi ? qni_entry_polygons(entry) : 1); ++n) {
+                const unsigned edges =
+                    is_multi ? qni_entry_edges(entry, n) : edges_of_case(case_index);
+                *valences++ = (uint8_t)(edges & missing ? 0 : __builtin_popcount(edges));
+            }
+            multi += is_multi;
         }
 }
 

@@ -25,9 +25,8 @@ typedef struct qni_upper_rows {
 void qni_upper_rows_init(const qni_dmc *dmc, int64_t row, qni_upper_rows *rows);
 /* Fill in the quads round the leaf at x. Where the leaf has cells at the lattice's border, edges
  * without a quad get QN_NO_HALFEDGE; elsewhere all crossed edges have quads, and the places of
- * others are not written. Unless it is NULL, `colours` gets those of the leaf's own quads. */
-void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, uint8_t *colours,
-                       qni_quad_ids *ids);
+ * others are not written. */
+void qni_quad_ids_note(qni_upper_rows *rows, int32_t x, bool at_border, qni_quad_ids *ids);
 
 /* Two quads across a segment of a face: where they are noted, from the place of the face's cell on,
  * and which of their sides the segment is. */
@@ -71,5 +70,9 @@ typedef struct qni_link_leaf {
  * missing at the border. Every halfedge lies on one face, so no two leaves write the same. */
 void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins,
               uint32_t *vertex_halfedges, uint8_t *valences);
+/* The valences alone, of the leaf's vertices from the first one on. The lattice has `cells`, the
+ * leaf's first cell is `at`. Masks, and the first vertex, are not needed. */
+void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const int64_t at[3],
+                       uint8_t *valences);
 
 #endif

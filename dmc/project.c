@@ -130,8 +130,7 @@ static bool project_along(const qni_field *field, const int64_t cell[3], const d
     return true;
 }
 
-bool qni_project_near(const void *user, const float normal[3], float position[3]) {
-    const qni_projector *projector = user;
+static bool project_near(const qni_projector *projector, const float normal[3], float position[3]) {
     const qni_field *field = projector->field;
     double at[3], d[8], slope[3];
     int64_t cell[3];
@@ -152,6 +151,12 @@ bool qni_project_near(const void *user, const float normal[3], float position[3]
             return true;
         }
     return false;
+}
+
+void qni_project_landings(const void *user, qni_landing *landings, int count) {
+    const qni_projector *projector = user;
+    for (int n = 0; n < count; ++n)
+        landings[n].landed = project_near(projector, landings[n].normal, landings[n].position);
 }
 
 bool qni_project_home(const void *user, const float position[3], int32_t cell_out[3]) {

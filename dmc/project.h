@@ -6,6 +6,8 @@
 
 #include "dmc/dmc.h"
 
+#include "dmc/simplify.h"
+
 typedef struct qni_projector {
     const qni_field *field;
     qni_frame frame;
@@ -21,7 +23,7 @@ void qni_projector_init(const qni_field *field, qni_projector *projector);
  * point's own cell or the next one, to the one zero of the interpolant there, if the values cross
  * it in the sense of the normal. Else along the other two. False, and nothing changed, when none
  * does. A zero normal stands for that of the cell's values. */
-bool qni_project_near(const void *user, const float normal[3], float position[3]);
+void qni_project_landings(const void *user, qni_landing *landings, int count);
 
 /* The cell that holds a position. False when a vertex there should stay: the cell has several
  * polygons, so that a neighbouring point may belong to another one. In a cell with a single polygon

@@ -71,26 +71,34 @@ static void link_vertices(const qni_dmc *dmc, int64_t index, qn_mesh *mesh) {
     mesh->vertex_halfedges[qni_centre_vertex(dmc, index)] = 4 * split->quad;
 }
 
-static uint8_t valence_of(const qn_mesh *mesh, uint32_t vertex) {
-    const uint32_t start = mesh->vertex_halfedges[vertex];
-    int closed = 0;
-    const uint32_t size = start == QN_NO_HALFEDGE ? 0 : qni_fan_size(mesh->twins, start, &closed);
-    return closed && size < QNI_VALENCE_GONE ? (uint8_t)size : QNI_VALENCE_FIXED;
+/* A quad comes to its corners, or goes. Only vertices apart are counted: others have no such quad,
+ * or are fixed. */
+static void count_corners(const qni_dmc *dmc, const uint32_t corner[4], int change) {
+    for (int k = 0; k < 4; ++k)
+        if (dmc->valences[corner[k]] & QNI_VALENCE_APART)
+            dmc->valences[corner[k]] = (uint8_t)(dmc->valences[corner[k]] + change);
 }
 
 void qni_repair_count_valences(const qni_dmc *dmc, const qn_mesh *mesh) {
-    for (int64_t q = dmc->quad_count; q < mesh->quad_count; ++q)
-        dmc->colours[q] = 6;
-    for (int64_t v = dmc->vertex_count; v < mesh->vertex_count; ++v)
-        dmc->valences[v] = valence_of(mesh, (uint32_t)v);
-    for (int64_t n = 0; dmc->repair && n < dmc->repair->split_count; ++n) {
-        const qni_quad_split *split = dmc->repair->splits + n;
-        dmc->colours[split->quad] = 6;
-        for (int at = 0; at < qni_split_boundary_size(split); ++at) {
-            const uint32_t vertex = mesh->quads[qni_boundary_halfedge(dmc, split, at)];
-            dmc->valences[vertex] = valence_of(mesh, vertex);
-        }
+    const int64_t made = dmc->repair ? dmc->repair->extra_vertices : 0,
+                  splits = dmc->repair ? dmc->repair->split_count : 0;
+    const qni_quad_split *split = dmc->repair ? dmc->repair->splits : NULL;
+    memset(dmc->valences + dmc->vertex_count, QNI_VALENCE_APART, (size_t)made);
+    memset(dmc->valences + dmc->vertex_count + made, QNI_VALENCE_FIXED,
+           (size_t)(mesh->vertex_count - dmc->vertex_count - made)); /* the rim's */
+    memset(dmc->colours + dmc->quad_count, QNI_COLOUR_APART,
+           (size_t)(mesh->quad_count - dmc->quad_count));
+    for (int64_t n = 0; n < 4 * splits; ++n) {
+        uint8_t *valence = dmc->valences + split[n / 4].corners[n & 3];
+        *valence |= *valence == QNI_VALENCE_FIXED ? 0 : QNI_VALENCE_APART;
     }
+    for (int64_t n = 0; n < splits; ++n) {
+        dmc->colours[split[n].quad] = QNI_COLOUR_APART;
+        count_corners(dmc, split[n].corners, -1);
+        count_corners(dmc, mesh->quads + 4 * (size_t)split[n].quad, 1);
+    }
+    for (int64_t q = dmc->quad_count; q < mesh->quad_count; ++q)
+        count_corners(dmc, mesh->quads + 4 * q, 1);
 }
 
 void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {

@@ -132,9 +132,12 @@ qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn
         run(context, &pool, volume, isovalue, options, &job, mesh_out, report, error);
     qni_gpu_pool_free(&pool);
     if (status == QN_OK) {
-        qni_dmc dmc = {.context = context, .field = job.field};
+        qni_dmc dmc = {.context = context,
+                       .field = job.field,
+                       .held_before =
+                           qn_context_memory(context).current_bytes - report->output_bytes};
         report->device = QN_DEVICE_CUDA;
-        status = qni_dmc_improve(&dmc, *mesh_out, NULL, options, report, error);
+        status = qni_dmc_improve(&dmc, *mesh_out, options, report, error);
     }
     if (status != QN_OK) {
         qn_mesh_destroy(*mesh_out);

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+/* The first merges, nearly all there are: one pass over the quads finds those that may go by the
+ * valences of their corners, as emission gave them; then they are taken colour by colour. Within
+ * one colour none hinders another (simplify_hd.h), so a look at the two corners of valence 3
+ * decides, and no neighbours need to be known. [DMC21] section 4.1. */
+#include "dmc/simplify_parts.h"
+#include "core/context.h"
+#include "core/parallel.h"
+#include "core/status.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BLOCK = 1024, LISTS = 2 * QNI_COLOURS, AHEAD = 12 };
+
+/* What one thread finds in its part of the quads. */
+typedef struct part {
+    qni_numbers merges[LISTS]; /* 2 colour + 1 where corners 1 and 3 have valence 3 */
+    qni_numbers suspects;
+    qni_numbers dropped; /* vertices that came down to 3 */
+    int64_t merged, unprojected;
+    bool failed;
+} part;
+
+/* ---- places ---------------------------------------------------------------------------------- */
+
+static void start_landing(const qn_mesh *mesh, const uint32_t pair[2], qni_landing *landing) {
+    const float *p = mesh->positions + 3 * (size_t)pair[0],
+                *q = mesh->positions + 3 * (size_t)pair[1];
+    for (int a = 0; a < 3; ++a) {
+        landing->position[a] = 0.5f * p[a] + 0.5f * q[a];
+        landing->normal[a] = 0;
+    }
+    landing->landed = false;
+    if (!mesh->normals)
+        return;
+    const float *n = mesh->normals + 3 * (size_t)pair[0], *m = mesh->normals + 3 * (size_t)pair[1];
+    const float sum[3] = {n[0] + m[0], n[1] + m[1], n[2] + m[2]};
+    const float squares = (sum[0] * sum[0] + sum[1] * sum[1]) + sum[2] * sum[2];
+    const bool good = squares > 1e-6f; /* else they are opposite: the kept one is as good as any */
+    const float scale = good ? 1 / sqrtf(squares) : 0;
+    for (int a = 0; a < 3; ++a)
+        landing->normal[a] = good ? sum[a] * scale : n[a];
+}
+
+int64_t qni_simplify_place(const qni_simplifier *job, const uint32_t (*pairs)[2], int64_t count) {
+    const qn_mesh *mesh = job->mesh;
+    const qni_simplify_options *options = job->options;
+    qni_landing landing[QNI_PLACED_TOGETHER];
+    int64_t unprojected = 0;
+    for (int64_t n = 0; n < count; ++n)
+        start_landing(mesh, pairs[n], landing + n);
+    if (options->project)
+        options->project(options->project_user, landing, (int)count);
+    for (int64_t n = 0; n < count; ++n) {
+        const size_t at = 3 * (size_t)pairs[n][0];
+        if (landing[n].landed || !options->project) /* else the kept one is on the surface */
+            memcpy(mesh->positions + at, landing[n].position, sizeof landing[n].position);
+        else
+            ++unprojected;
+        if (mesh->normals)
+            memcpy(mesh->normals + at, landing[n].normal, sizeof landing[n].normal);
+    }
+    return unprojected;
+}
+
+/* ---- finding --------------------------------------------------------------------------------- */
+
+static uint32_t valences_of(const qni_simplifier *job, int64_t quad) {
+    const uint32_t *v = job->mesh->quads + 4 * quad;
+    const uint8_t *valence = job->around.valence;
+    return valence[v[0]] | (uint32_t)valence[v[1]] << 8 | (uint32_t)valence[v[2]] << 16 |
+           (uint32_t)valence[v[3]] << 24;
+}
+
+static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
+    uint32_t merges[BLOCK + 1];
+    int64_t count = 0, suspects = own->suspects.count;
+    if (!qni_numbers_reserve(job->context, &own->suspects, BLOCK + 1))
+        return false;
+    for (int64_t q = from; q < end; ++q) {
+        const uint32_t four = valences_of(job, q);
+        const int kind = qni_kind_of_valences(four & UINT32_C(0x3f3f3f3f));
+        const bool merges_now = qni_is_merge(kind) & qni_are_plain(four);
+        merges[count] = own->suspects.items[suspects] = (uint32_t)q;
+        count += merges_now;
+        suspects += (kind != QNI_QUAD_STAYS) & !merges_now;
+    }
+    own->suspects.count = suspects;
+    for (int list = 0; list < LISTS; ++list)
+        if (!qni_numbers_reserve(job->context, own->merges + list, count))
+            return false;
+    for (int64_t n = 0; n < count; ++n) {
+        const bool odd = (valences_of(job, merges[n]) & 255) != 3;
+        qni_numbers *list = own->merges + 2 * job->around.colour[merges[n]] + odd;
+        list->items[list->count++] = merges[n];
+    }
+    return true;
+}
+
+static void find(const qni_simplifier *job, int32_t t, part *own) {
+    const int64_t blocks = (job->mesh->quad_count + BLOCK - 1) / BLOCK;
+    for (int64_t b = blocks * t / job->threads; b < blocks * (t + 1) / job->threads; ++b) {
+        const int64_t end = (b + 1) * BLOCK;
+        if (!find_in_block(job, b * BLOCK,
+                           end < job->mesh->quad_count ? end : job->mesh->quad_count, own)) {
+            own->failed = true;
+            return;
+        }
+    }
+}
+
+/* ---- merging --------------------------------------------------------------------------------- */
+
+/* One quad less round X or Y; several threads may say so at once. */
+static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) {
+    uint8_t *valence = job->around.valence + vertex;
+    const uint8_t old =
+        job->threads > 1 ? __atomic_fetch_sub(valence, (uint8_t)1, __ATOMIC_RELAXED) : (*valence)--;
+    if (old != 4)
+        return;
+    if (qni_numbers_reserve(job->context, &own->dropped, 1))
+        own->dropped.items[own->dropped.count++] = vertex;
+    else
+        own->failed = true;
+}
+
+/* Take a quad unless a neighbour has taken one of its corners of valence 3. */
+static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd, uint32_t pair[2],
+                  part *own) {
+    const qni_around *around = &job->around;
+    const uint32_t *v = job->mesh->quads + 4 * (size_t)quad;
+    size_t k = odd;
+    if (around->valence[v[k]] != 3 || around->valence[v[k ^ 2]] != 3)
+        return false;
+    if (v[k] > v[k ^ 2])
+        k ^= 2;
+    const uint32_t a = v[k], b = v[k ^ 2], x = v[(k + 1) & 3], y = v[(k + 3) & 3];
+    around->valence[a] = 4 | QNI_VALENCE_MERGED;
+    around->valence[b] = QNI_VALENCE_GONE;
+    around->circle[a] = b;
+    around->circle[b] = a;
+    around->colour[quad] = QNI_QUAD_GONE;
+    drop_valence(job, x, own);
+    drop_valence(job, y, own);
+    if (job->mesh->twins)
+        qni_close_merge(job->mesh->twins, job->mesh->vertex_halfedges, 4 * quad + (uint32_t)k, a, x,
+                        y);
+    pair[0] = a;
+    pair[1] = b;
+    return true;
+}
+
+static void expect_places(const qn_mesh *mesh, const uint32_t pair[2]) {
+    for (int n = 0; n < 2; ++n) {
+        __builtin_prefetch(mesh->positions + 3 * (size_t)pair[n], 1);
+        if (mesh->normals)
+            __builtin_prefetch(mesh->normals + 3 * (size_t)pair[n], 1);
+    }
+}
+
+static void merge_list(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
+    uint32_t pairs[QNI_PLACED_TOGETHER][2];
+    int64_t count = 0;
+    for (int64_t n = 0; n < list->count; ++n) {
+        if (n + AHEAD < list->count)
+            __builtin_prefetch(job->mesh->quads + 4 * (size_t)list->items[n + AHEAD]);
+        if (!merge(job, list->items[n], odd, pairs[count], own))
+            continue;
+        expect_places(job->mesh, pairs[count]);
+        ++own->merged;
+        if (++count < QNI_PLACED_TOGETHER)
+            continue;
+        own->unprojected += qni_simplify_place(job, (const uint32_t(*)[2])pairs, count);
+        count = 0;
+    }
+    own->unprojected += qni_simplify_place(job, (const uint32_t(*)[2])pairs, count);
+}
+
+/* ---- all of it ------------------------------------------------------------------------------- */
+
+static void free_parts(const qni_simplifier *job, part *parts) {
+    for (int32_t t = 0; t < job->threads; ++t) {
+        for (int list = 0; list < LISTS; ++list)
+            qni_numbers_free(job->context, parts[t].merges + list);
+        qni_numbers_free(job->context, &parts[t].suspects);
+        qni_numbers_free(job->context, &parts[t].dropped);
+    }
+    qni_free(job->context, parts, job->threads, sizeof *parts);
+}
+
+static bool any_failed(const qni_simplifier *job, const part *parts) {
+    bool failed = false;
+    for (int32_t t = 0; t < job->threads; ++t)
+        failed = failed || parts[t].failed;
+    return failed;
+}
+
+/* What the threads found, in the order of the quads. */
+static qn_status gather(qni_simplifier *job, const part *parts, qn_error *error) {
+    for (int32_t t = 0; t < job->threads; ++t) {
+        const qni_numbers *found = &parts[t].suspects;
+        if (!qni_numbers_reserve(job->context, &job->suspects, found->count))
+            return qni_fail_memory(error, "the list of quads to remove");
+        memcpy(job->suspects.items + job->suspects.count, found->items,
+               (size_t)found->count * sizeof *found->items);
+        job->suspects.count += found->count;
+        job->report.merged_quads += parts[t].merged;
+        job->report.unprojected += parts[t].unprojected;
+    }
+    for (int32_t t = 0; t < job->threads; ++t)
+        QN_TRY(qni_simplify_suspect_round(job, &parts[t].dropped, error));
+    return QN_OK;
+}
+
+qn_status qni_simplify_first(qni_simplifier *job, qn_error *error) {
+    const int32_t threads = job->threads;
+    part *parts = qni_alloc_zero(job->context, threads, sizeof *parts);
+    if (!parts)
+        return qni_fail_memory(error, "the worker threads");
+#pragma omp parallel for schedule(static, 1) num_threads(threads)
+    for (int32_t t = 0; t < threads; ++t)
+        find(job, t, parts + t);
+    bool failed = any_failed(job, parts);
+    for (int colour = 0; colour < QNI_COLOURS && !failed; ++colour) {
+#pragma omp parallel for schedule(static, 1) num_threads(threads)
+        for (int32_t t = 0; t < threads; ++t)
+            for (size_t odd = 0; odd < 2; ++odd)
+                merge_list(job, parts[t].merges + 2 * (size_t)colour + odd, odd, parts + t);
+        failed = any_failed(job, parts);
+    }
+    qni_simplify_note_memory(job);
+    const qn_status status =
+        failed ? qni_fail_memory(error, "the list of quads to remove") : gather(job, parts, error);
+    free_parts(job, parts);
+    return status;
+}

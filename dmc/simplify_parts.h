@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+/* What the parts of simplification share: first merges (simplify_first.c), then the rounds on what
+ * is left (simplify_rest.c). */
+#ifndef QNI_DMC_SIMPLIFY_PARTS_H
+#define QNI_DMC_SIMPLIFY_PARTS_H
+
+#include "dmc/around.h"
+#include "dmc/simplify.h"
+
+/* Numbers of vertices or quads; room is reserved before a thread adds to its own. */
+typedef struct qni_numbers {
+    uint32_t *items;
+    int64_t count, capacity;
+} qni_numbers;
+
+bool qni_numbers_reserve(qn_context *context, qni_numbers *numbers, int64_t more);
+void qni_numbers_free(qn_context *context, qni_numbers *numbers);
+
+typedef struct qni_simplifier {
+    qn_context *context;
+    qn_mesh *mesh;
+    const qni_simplify_options *options;
+    qni_around around;
+    int32_t threads;
+    qni_numbers suspects; /* quads that may have to go, ascending */
+    qni_numbers kept;     /* vertices into which others were merged after the first merges */
+    qni_simplify_report report;
+    int64_t most_held;
+} qni_simplifier;
+
+/* Merge all that can be told from valences alone; the suspects are the other quads that may go. */
+qn_status qni_simplify_first(qni_simplifier *job, qn_error *error);
+/* One round of merges or of rings among the suspects. */
+qn_status qni_simplify_round(qni_simplifier *job, bool rings, qn_error *error);
+/* [DMC21] section 4.1, steps 2 and 5, in place of the first merges. */
+qn_status qni_simplify_as_paper(qni_simplifier *job, qn_error *error);
+
+/* Put the vertices that were kept to the middle between them and those that went, then back onto
+ * the surface; returns how many it did not reach. */
+int64_t qni_simplify_place(const qni_simplifier *job, const uint32_t (*pairs)[2], int64_t count);
+enum { QNI_PLACED_TOGETHER = 32 };
+
+/* Add the quads round vertices whose valence has come down to 3. */
+qn_status qni_simplify_suspect_round(qni_simplifier *job, const qni_numbers *vertices,
+                                     qn_error *error);
+void qni_simplify_note_memory(qni_simplifier *job);
+
+#endif
