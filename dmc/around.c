@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-/* Quads round a vertex without halfedges: vertices and quads are numbered leaf by leaf, so the few
- * quads of a leaf are looked through. What was written afterwards is kept in a table of pairs. */
+/* Quads round a vertex without halfedges: the grid says which quads a vertex of its cell can have
+ * (leaf_index.c). What was written afterwards is kept in a table of pairs. */
 #include "dmc/around.h"
 #include "core/context.h"
+#include "core/cube_hd.h"
 #include "core/status.h"
 
 #include <assert.h>
@@ -85,43 +86,16 @@ static void add(const qni_around *around, uint32_t quad, finding *found) {
     found->quads[found->count++] = quad;
 }
 
-/* Four quads are compared at a time: few of them match. */
-static void look_through_leaf(const qni_around *around, int64_t leaf, uint32_t vertex,
-                              finding *found) {
-    const uint32_t *corner = around->mesh->quads;
-    const size_t end = 4 * (size_t)around->index->quad_start[leaf + 1];
-    size_t at = 4 * (size_t)around->index->quad_start[leaf];
-    for (; at + 16 <= end && found->count < found->wanted; at += 16) {
-        uint32_t any = 0;
-        for (int n = 0; n < 16; ++n)
-            any |= corner[at + (size_t)n] == vertex;
-        for (size_t n = 0; any && n < 16; ++n)
-            if (corner[at + n] == vertex)
-                add(around, (uint32_t)((at + n) >> 2), found);
-    }
-    for (; at < end; ++at)
-        if (corner[at] == vertex)
-            add(around, (uint32_t)(at >> 2), found);
-}
-
-static int64_t leaf_of(const qni_leaf_index *index, uint32_t vertex) {
-    int64_t leaf = index->hint[vertex >> 6];
-    while (index->vertex_start[leaf + 1] <= vertex)
-        ++leaf;
-    return leaf;
-}
-
+/* Among the quads of the vertex' cell, as the grid has them, and those that came later. */
 static void look_for(const qni_around *around, uint32_t vertex, finding *found) {
     const qni_leaf_index *index = around->index;
     const qni_pairs *pairs = &around->pairs;
     if (vertex < index->vertex_start[index->leaves]) {
-        const int64_t leaf = leaf_of(index, vertex);
-        look_through_leaf(around, leaf, vertex, found);
-        for (int shift = 1; shift < 8 && found->count < found->wanted; ++shift) {
-            const int64_t upper = qni_leaf_index_upper(index, leaf, shift);
-            if (upper >= 0)
-                look_through_leaf(around, upper, vertex, found);
-        }
+        uint32_t quads[QNI_EDGES];
+        const int count = qni_leaf_index_quads(index, vertex, quads);
+        for (int n = 0; n < count; ++n)
+            if (qni_has_corner(around->mesh->quads + 4 * (size_t)quads[n], vertex))
+                add(around, quads[n], found);
     }
     if (pairs->heads == 0 || found->count == found->wanted)
         return;

@@ -1,30 +1,35 @@
 // SPDX-License-Identifier: MIT
 /* The quads round a vertex of a mesh that is being simplified: by its halfedges where it has some,
- * else by looking through the quads of the leaves it can lie in. */
+ * else by the grid that it came from. */
 #ifndef QNI_DMC_AROUND_H
 #define QNI_DMC_AROUND_H
 
 #include "dmc/simplify_hd.h"
+#include "core/cube_hd.h"
 #include "mesh/mesh.h"
 
-/* Where the leaves' vertices and quads start. A vertex of a leaf has its quads in that leaf or in
- * its seven upper neighbours; exceptions are in `rewritten`. */
+/* Where the leaves' vertices and quads start. A vertex has its quads round the edges of its cell;
+ * exceptions are in `rewritten`. */
 typedef struct qni_leaf_index {
     int64_t leaves;
     uint32_t *vertex_start, *quad_start; /* [leaves + 1] */
     uint32_t *hint;                      /* [vertices / 64 + 1]: a leaf at or before vertex 64 n */
     uint32_t *row;                       /* [leaves] */
     uint32_t *first;                     /* [rows]: the row's first leaf */
+    struct qni_leaf_place *place;        /* [leaves] */
+    const uint32_t *quads;               /* the mesh's */
     int64_t rewritten_count;
     uint32_t *rewritten; /* quads that are not as emitted, and those after the leaves' */
     const struct qni_dmc *dmc;
 } qni_leaf_index;
 
-qn_status qni_leaf_index_build(const struct qni_dmc *dmc, int64_t quads, qni_leaf_index *index_out,
-                               qn_error *error);
+qn_status qni_leaf_index_build(const struct qni_dmc *dmc, const qn_mesh *mesh,
+                               qni_leaf_index *index_out, qn_error *error);
 void qni_leaf_index_free(const struct qni_dmc *dmc, qni_leaf_index *index);
-/* The leaf one higher along the axes in `shift` (bit 0 x, 1 y, 2 z), or -1. */
-int64_t qni_leaf_index_upper(const qni_leaf_index *index, int64_t leaf, int shift);
+/* Ask for what is needed to find a vertex' quads. */
+void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex);
+/* The quads of the lattice edges of the cell that a vertex was emitted in; how many. */
+int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES]);
 
 /* Pairs of vertex and quad, to be found by the vertex. */
 typedef struct qni_pairs {

@@ -207,7 +207,8 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     if (!row->leaves)
         return false;
     row->leaf_count = (int32_t)mixed;
-    if (dmc->with_halfedges && !(row->quads = qni_alloc(dmc->context, mixed, sizeof *row->quads)))
+    if ((dmc->with_halfedges || dmc->with_valences) &&
+        !(row->quads = qni_alloc(dmc->context, mixed, sizeof *row->quads)))
         return false;
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     int64_t n = 0;

@@ -58,7 +58,7 @@ typedef struct qni_rim_vertex {
 
 typedef struct qni_dmc_row {
     qni_dmc_leaf *leaves;  /* ascending x */
-    qni_leaf_quads *quads; /* of each leaf; only when halfedges are wanted */
+    qni_leaf_quads *quads; /* of each leaf; only for halfedges and simplification */
     qni_multi_cell *multis;
     qni_doubled_face *doubled;
     qni_tunnel_cell *tunnels;

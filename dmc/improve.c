@@ -31,7 +31,7 @@ static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const qni_projector *proj
     const double start = qni_seconds();
     qni_leaf_index index = {0};
     if (!mesh->twins)
-        QN_TRY(qni_leaf_index_build(dmc, mesh->quad_count, &index, error));
+        QN_TRY(qni_leaf_index_build(dmc, mesh, &index, error));
     const qni_simplify_options how = {
         .valences = dmc->valences,
         .colours = dmc->colours,

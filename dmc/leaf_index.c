@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Where the leaves' vertices and quads start in the mesh, from the rows that emission went by. */
 #include "dmc/around.h"
+#include "dmc/cell_hd.h"
 #include "dmc/dmc.h"
 #include "dmc/repair.h"
 #include "core/context.h"
@@ -9,6 +10,13 @@
 #include <string.h>
 
 enum { HINT_BITS = 6 };
+
+/* What pass 1 left of a leaf. */
+typedef struct qni_leaf_place {
+    const qni_dmc_leaf *leaf;
+    const qni_leaf_quads *quads;
+    const qni_multi_cell *multis;
+} qni_leaf_place;
 
 static int64_t hints_of(const qni_dmc *dmc) {
     return (dmc->vertex_count >> HINT_BITS) + 1;
@@ -24,6 +32,8 @@ static void list_leaves(const qni_dmc *dmc, qni_leaf_index *index) {
             index->vertex_start[leaf] = start;
             index->quad_start[leaf] = (uint32_t)(row->quad_base + row->leaves[n].quad_base);
             index->row[leaf] = (uint32_t)r;
+            index->place[leaf] = (qni_leaf_place){row->leaves + n, row->quads + n,
+                                                  row->multis + row->leaves[n].multi_base};
             for (; hints << HINT_BITS < start; ++hints)
                 index->hint[hints] = (uint32_t)(leaf - 1);
         }
@@ -42,20 +52,23 @@ static void list_rewritten(const qni_dmc *dmc, int64_t quads, qni_leaf_index *in
         index->rewritten[count++] = (uint32_t)q;
 }
 
-qn_status qni_leaf_index_build(const qni_dmc *dmc, int64_t quads, qni_leaf_index *index,
+qn_status qni_leaf_index_build(const qni_dmc *dmc, const qn_mesh *mesh, qni_leaf_index *index,
                                qn_error *error) {
+    const int64_t quads = mesh->quad_count;
     memset(index, 0, sizeof *index);
     index->dmc = dmc;
+    index->quads = mesh->quads;
     index->leaves = dmc->leaf_count;
     index->rewritten_count = quads - dmc->quad_count + (dmc->repair ? dmc->repair->split_count : 0);
     index->vertex_start = qni_alloc(dmc->context, index->leaves + 1, sizeof *index->vertex_start);
     index->quad_start = qni_alloc(dmc->context, index->leaves + 1, sizeof *index->quad_start);
     index->row = qni_alloc(dmc->context, index->leaves, sizeof *index->row);
+    index->place = qni_alloc(dmc->context, index->leaves, sizeof *index->place);
     index->first = qni_alloc(dmc->context, dmc->row_count, sizeof *index->first);
     index->hint = qni_alloc(dmc->context, hints_of(dmc), sizeof *index->hint);
     index->rewritten = qni_alloc(dmc->context, index->rewritten_count, sizeof *index->rewritten);
-    if (!index->vertex_start || !index->quad_start || !index->row || !index->first ||
-        !index->hint || !index->rewritten) {
+    if (!index->vertex_start || !index->quad_start || !index->row || !index->place ||
+        !index->first || !index->hint || !index->rewritten) {
         qni_leaf_index_free(dmc, index);
         return qni_fail_memory(error, "the index of leaves");
     }
@@ -68,16 +81,69 @@ void qni_leaf_index_free(const qni_dmc *dmc, qni_leaf_index *index) {
     qni_free(dmc->context, index->vertex_start, index->leaves + 1, sizeof *index->vertex_start);
     qni_free(dmc->context, index->quad_start, index->leaves + 1, sizeof *index->quad_start);
     qni_free(dmc->context, index->row, index->leaves, sizeof *index->row);
+    qni_free(dmc->context, index->place, index->leaves, sizeof *index->place);
     qni_free(dmc->context, index->first, dmc->row_count, sizeof *index->first);
     qni_free(dmc->context, index->hint, hints_of(dmc), sizeof *index->hint);
     qni_free(dmc->context, index->rewritten, index->rewritten_count, sizeof *index->rewritten);
     memset(index, 0, sizeof *index);
 }
 
-int64_t qni_leaf_index_upper(const qni_leaf_index *index, int64_t leaf, int shift) {
+/* ---- quads of a vertex ----------------------------------------------------------------------- */
+
+static int
+count_bits(uint64_t bits) { /* without a call where the processor's own is not built in */
+    bits -= bits >> 1 & UINT64_C(0x5555555555555555);
+    bits = (bits & UINT64_C(0x3333333333333333)) + (bits >> 2 & UINT64_C(0x3333333333333333));
+    return (int)(((bits + (bits >> 4)) & UINT64_C(0x0f0f0f0f0f0f0f0f)) *
+                     UINT64_C(0x0101010101010101) >>
+                 56);
+}
+
+static uint64_t below(int bit) {
+    return (UINT64_C(1) << bit) - 1;
+}
+
+/* The cell whose active cells before it are so many; x + 8 y + 64 z. */
+static int active_cell(const qni_dmc_leaf *leaf, int before) {
+    int z = QNI_LEAF - 1;
+    while (leaf->before_slice[z] > before)
+        --z;
+    uint64_t rest = leaf->active[z];
+    for (int n = leaf->before_slice[z]; n < before; ++n)
+        rest &= rest - 1;
+    return 64 * z + __builtin_ctzll(rest);
+}
+
+/* The cell of the leaf's vertex `number`: cells with several polygons have as many vertices. */
+static int cell_of(const qni_leaf_place *place, int number) {
+    const qni_dmc_leaf *leaf = place->leaf;
+    const qni_multi_cell *multis = place->multis;
+    int extra = 0;
+    for (int n = 0; n < leaf->multi_count; ++n) {
+        const int cell = multis[n].cell, z = cell >> 6, more = qni_entry_polygons(multis[n].entry);
+        const int first =
+            leaf->before_slice[z] + count_bits(leaf->active[z] & below(cell & 63)) + extra;
+        if (number < first)
+            break;
+        if (number < first + more)
+            return cell;
+        extra += more - 1;
+    }
+    return active_cell(leaf, number - extra);
+}
+
+static int64_t leaf_of(const qni_leaf_index *index, uint32_t vertex) {
+    int64_t leaf = index->hint[vertex >> HINT_BITS];
+    while (index->vertex_start[leaf + 1] <= vertex)
+        ++leaf;
+    return leaf;
+}
+
+/* The leaf one higher along the axes in `shift` (bit 0 x, 1 y, 2 z), or -1. */
+static int64_t upper_leaf(const qni_leaf_index *index, int64_t leaf, int shift) {
     const qni_dmc *dmc = index->dmc;
     const int64_t own_row = index->row[leaf];
-    const int32_t x = dmc->rows[own_row].leaves[leaf - index->first[own_row]].x + (shift & 1);
+    const int32_t x = index->place[leaf].leaf->x + (shift & 1);
     int64_t upper = own_row;
     if (shift > 1) {
         int32_t yz[2];
@@ -97,4 +163,42 @@ int64_t qni_leaf_index_upper(const qni_leaf_index *index, int64_t leaf, int shif
     }
     return low < row->leaf_count && row->leaves[low].x == x ? (int64_t)index->first[upper] + low
                                                             : -1;
+}
+
+void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex) {
+    if (vertex >= index->vertex_start[index->leaves])
+        return;
+    const qni_leaf_place *place = index->place + leaf_of(index, vertex);
+    __builtin_prefetch(place->leaf);
+    __builtin_prefetch((const char *)place->leaf + 64);
+    for (size_t line = 0; line < sizeof *place->quads; line += 64)
+        __builtin_prefetch((const char *)place->quads + line);
+}
+
+int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES]) {
+    enum { NOT_ASKED = -2 };
+    const int64_t own = leaf_of(index, vertex);
+    const int cell = cell_of(index->place + own, (int)(vertex - index->vertex_start[own]));
+    int64_t leaves[8] = {own,       NOT_ASKED, NOT_ASKED, NOT_ASKED,
+                         NOT_ASKED, NOT_ASKED, NOT_ASKED, NOT_ASKED};
+    int count = 0;
+    for (int edge = 0; edge < QNI_EDGES; ++edge) {
+        const int start = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
+        const int x = (cell & 7) + (start & 1), y = (cell >> 3 & 7) + (start >> 1 & 1),
+                  z = (cell >> 6) + (start >> 2);
+        const int shift = x >> 3 | (y >> 3) << 1 | (z >> 3) << 2, bit = (x & 7) + 8 * (y & 7);
+        if (leaves[shift] == NOT_ASKED)
+            leaves[shift] = upper_leaf(index, own, shift);
+        if (leaves[shift] < 0)
+            continue;
+        const int64_t at = leaves[shift];
+        const qni_leaf_quads *masks = index->place[at].quads;
+        const uint64_t mask = masks->mask[axis][z & 7];
+        if (!(mask >> bit & 1))
+            continue;
+        quads[count] = index->quad_start[at] + masks->before[axis][z & 7] +
+                       (uint32_t)count_bits(mask & below(bit));
+        __builtin_prefetch(index->quads + 4 * (size_t)quads[count++]);
+    }
+    return count;
 }

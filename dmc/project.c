@@ -130,13 +130,12 @@ static bool project_along(const qni_field *field, const int64_t cell[3], const d
     return true;
 }
 
-static bool project_near(const qni_projector *projector, const float normal[3], float position[3]) {
+/* From a point of the lattice and its cell. */
+static bool project_near(const qni_projector *projector, const int64_t cell[3], double at[3],
+                         const float normal[3], float position[3]) {
     const qni_field *field = projector->field;
-    double at[3], d[8], slope[3];
-    int64_t cell[3];
+    double d[8], slope[3];
     int order[3];
-    to_lattice(projector, position, at);
-    cell_of(field, at, cell);
     qni_field_load_cell(field, cell, d);
     slope_of_normal(projector, normal, slope);
     if (slope[0] == 0 && slope[1] == 0 && slope[2] == 0) {
@@ -153,10 +152,24 @@ static bool project_near(const qni_projector *projector, const float normal[3], 
     return false;
 }
 
+/* Samples lie scattered in the volume: some points are on their way at a time. */
 void qni_project_landings(const void *user, qni_landing *landings, int count) {
+    enum { TOGETHER = 16 };
     const qni_projector *projector = user;
-    for (int n = 0; n < count; ++n)
-        landings[n].landed = project_near(projector, landings[n].normal, landings[n].position);
+    double at[TOGETHER][3];
+    int64_t cell[TOGETHER][3];
+    for (int first = 0; first < count; first += TOGETHER) {
+        const int some = count - first < TOGETHER ? count - first : TOGETHER;
+        for (int n = 0; n < some; ++n) {
+            to_lattice(projector, landings[first + n].position, at[n]);
+            cell_of(projector->field, at[n], cell[n]);
+            qni_field_prefetch_cell(projector->field, cell[n]);
+        }
+        for (int n = 0; n < some; ++n)
+            landings[first + n].landed =
+                project_near(projector, cell[n], at[n], landings[first + n].normal,
+                             landings[first + n].position);
+    }
 }
 
 bool qni_project_home(const void *user, const float position[3], int32_t cell_out[3]) {

@@ -91,6 +91,26 @@ static bool look_at_merge(const qni_around *around, int kind, const uint32_t cor
                          third_neighbour(around, b, item->quad));
 }
 
+/* The corner of a quad that is none of three others. */
+static uint32_t fourth_corner(const uint32_t corner[4], uint32_t a, uint32_t b, uint32_t c) {
+    for (int k = 0; k < 4; ++k)
+        if (corner[k] != a && corner[k] != b && corner[k] != c)
+            return corner[k];
+    return QNI_UNPAIRED;
+}
+
+/* The outer corners that two quads of the ring show have a valence of 4: most rings fail here. */
+static bool may_be_large(const qni_around *around, const uint32_t corner[4], int k,
+                         const uint32_t before[4], const uint32_t after[4]) {
+    const uint32_t own = corner[k], outer = qni_shared_corner(before, after, own);
+    const uint32_t all[3] = {outer, fourth_corner(after, own, outer, corner[(k + 1) & 3]),
+                             fourth_corner(before, own, outer, corner[(k + 3) & 3])};
+    for (int n = 0; n < 3; ++n)
+        if (all[n] == QNI_UNPAIRED || qni_valence_now(around, all[n]) < 4)
+            return false;
+    return true;
+}
+
 /* The quads of the ring, by the side of the quad in its middle, and its outer corners. */
 static bool find_ring(const qni_around *around, const uint32_t corner[4], candidate *item) {
     uint32_t ring_corner[4][4];
@@ -99,7 +119,8 @@ static bool find_ring(const qni_around *around, const uint32_t corner[4], candid
         if (!other_two(around, corner[k], item->quad, found, of))
             return false;
         const int after = qni_has_corner(of[1], corner[k + 1]);
-        if (after == qni_has_corner(of[0], corner[k + 1]))
+        if (after == qni_has_corner(of[0], corner[k + 1]) ||
+            !may_be_large(around, corner, k, of[1 - after], of[after]))
             return false;
         item->ring[k] = found[after];
         item->ring[(k + 3) & 3] = found[1 - after];
@@ -138,6 +159,17 @@ static int compare_turns(const void *first, const void *second) {
     return a->turn < b->turn ? -1 : a->turn > b->turn;
 }
 
+/* What is listed lies scattered: it is asked for some items ahead. */
+static void expect(const qni_around *around, const uint32_t *suspects, int64_t n, int64_t count) {
+    enum { FAR = 12, NEAR = 6 };
+    if (around->index == NULL)
+        return;
+    if (n + FAR < count)
+        __builtin_prefetch(around->mesh->quads + 4 * (size_t)suspects[n + FAR]);
+    if (n + NEAR < count)
+        qni_leaf_index_prefetch(around->index, around->mesh->quads[4 * (size_t)suspects[n + NEAR]]);
+}
+
 /* Of a stretch of suspects those that may go; those of the other pattern stay suspect, and are put
  * to the stretch's start. */
 static int64_t look_at_stretch(const qni_simplifier *job, uint32_t *suspects, int64_t count,
@@ -148,6 +180,7 @@ static int64_t look_at_stretch(const qni_simplifier *job, uint32_t *suspects, in
         uint32_t corner[4];
         candidate item = {.quad = suspects[n]};
         const uint8_t colour = around->colour[item.quad];
+        expect(around, suspects, n, count);
         if (colour == QNI_QUAD_GONE)
             continue;
         const int kind = kind_of(around, item.quad, corner);

@@ -177,6 +177,22 @@ void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double c
     }
 }
 
+void qni_field_prefetch_cell(const qni_field *field, const int64_t cell[3]) {
+    const qn_grid *grid = field->grid;
+    int64_t at[3];
+    if (field->sparse)
+        return;
+    for (int a = 0; a < 3; ++a) {
+        at[a] = cell[a] - field->border;
+        if (at[a] < 0 || at[a] + 1 >= grid->size[a])
+            return;
+    }
+    const char *first = (const char *)grid->samples + at[0] * grid->stride[0] +
+                        at[1] * grid->stride[1] + at[2] * grid->stride[2];
+    for (int n = 0; n < 4; ++n)
+        __builtin_prefetch(first + (n & 1) * grid->stride[1] + (n >> 1) * grid->stride[2]);
+}
+
 /* What a tile has of the lattice along one axis: positions [begin, end) of its 11. */
 typedef struct tile_span {
     int begin, end;

@@ -63,6 +63,8 @@ void qni_field_set_nonfinite(qni_field *field, int64_t nan_count, int64_t infini
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);
 /* Values of the eight corners of a cell of the lattice; corner x + 2 y + 4 z. */
 void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]);
+/* Ask for the samples of a cell that will be loaded soon. */
+void qni_field_prefetch_cell(const qni_field *field, const int64_t cell[3]);
 
 /* The same, one point beyond the lattice's ends too, extrapolated as in tiles. */
 double qni_field_extended_value(const qni_field *field, const int64_t point[3]);
