@@ -103,6 +103,7 @@ static qn_mesh *surface(qn_context *context, const test_field *field,
     options.skip_normals = extra->skip_normals;
     options.halfedges = extra->halfedges;
     options.keep_doubled = extra->keep_doubled;
+    options.topology = extra->topology;
     if (qn_surface(context, volume, &options, &mesh, report, &error) != QN_OK)
         fail_msg("%s: %s", field->name, error.message);
     qn_volume_destroy(volume);
@@ -211,6 +212,42 @@ static void bytes_are_equal_for_1_2_8_threads(void **state) {
             fail_msg("%s: other bytes with other numbers of threads", field.name);
         test_field_free(&field);
     }
+}
+
+/* With halfedges the quads round a vertex are found through them, without by the grid. */
+static void halfedges_change_nothing(void **state) {
+    (void)state;
+    const uint64_t seed = test_seed();
+    int64_t removed = 0;
+    for (int64_t i = 0; i < test_count(60, 2000); ++i) {
+        test_random random = {seed + (uint64_t)i};
+        test_field field = field_of(&random, i);
+        qn_context *context = test_context(2);
+        qn_mesh *mesh[2];
+        qn_surface_report report[2];
+        qn_surface_options options;
+        qn_surface_options_init(&options);
+        options.simplify = true;
+        options.keep_doubled = i % 4 == 3;
+        options.simplify_passes = i % 7 == 6 ? -1 : 0;
+        options.topology = i % 3 == 1 ? QN_TOPOLOGY_EXACT : QN_TOPOLOGY_DISCS;
+        for (int n = 0; n < 2; ++n) {
+            options.halfedges = n == 1;
+            mesh[n] = surface(context, &field, &options, report + n);
+        }
+        if (!options.keep_doubled) /* else sorting pairs otherwise than the grid does */
+            expect_right_halfedges(context, field.name, mesh[1]);
+        expect_same(field.name, "merged quads", report[0].merged_quads, report[1].merged_quads);
+        expect_same(field.name, "shrunk quads", report[0].shrunk_quads, report[1].shrunk_quads);
+        if (test_hash_mesh(mesh[0]) != test_hash_mesh(mesh[1]))
+            fail_msg("%s: other bytes with halfedges", field.name);
+        removed += report[0].merged_quads + report[0].shrunk_quads;
+        for (int n = 0; n < 2; ++n)
+            qn_mesh_destroy(mesh[n]);
+        test_field_free(&field);
+        test_context_end(context);
+    }
+    assert_true(removed > 1000);
 }
 
 /* ---- the papers' figures --------------------------------------------------------------------- */
@@ -421,6 +458,7 @@ int main(void) {
         cmocka_unit_test(topology_and_surface_stay),
         cmocka_unit_test(nothing_is_left_and_halfedges_are_right),
         cmocka_unit_test(bytes_are_equal_for_1_2_8_threads),
+        cmocka_unit_test(halfedges_change_nothing),
         cmocka_unit_test(figures_of_the_paper_are_reached),
         cmocka_unit_test(a_rod_keeps_its_length),
         cmocka_unit_test(a_cube_stays),
