@@ -44,6 +44,7 @@ typedef struct qni_meshed {
     int32_t near_count;
     double origin[3]; /* a corner of the box, and the whole winding number there */
     int64_t origin_winding;
+    int32_t guess; /* the panel that was nearest last; read and written with atomic operations */
 } qni_meshed;
 
 /* A place whose whole winding number is known. */

@@ -33,8 +33,11 @@ typedef struct answer {
 static void ask(const qni_meshed *solid, const double p[3], qni_winding_at *known, answer *out) {
     const qni_model *model = solid->model;
     int64_t winding = qni_meshed_winding(solid, p, known);
-    double square = QNI_INFINITY;
-    out->panel = qni_panel_tree_nearest(&model->surface, p, &square, out->nearest);
+    double square;
+    int32_t *guess = (int32_t *)&solid->guess; /* a memory that changes no answer */
+    out->panel = qni_panel_tree_nearest(
+        &model->surface, p, __atomic_load_n(guess, __ATOMIC_RELAXED), &square, out->nearest);
+    __atomic_store_n(guess, out->panel, __ATOMIC_RELAXED);
     out->distance = sqrt(square);
     out->over_hole = false;
     out->inside = qni_whole_is_inside(model, winding);
@@ -256,6 +259,7 @@ static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_s
     if (!local)
         return QN_ERROR_OUT_OF_MEMORY;
     local->base.owner = solid->owner;
+    local->guess = __atomic_load_n(&meshed->guess, __ATOMIC_RELAXED);
     local->within = *box;
     local->smooth = caps_matter(meshed, centre, half * (1 + 1e-12) + QNI_TIE);
     bool good = list_panels(meshed, box, local);

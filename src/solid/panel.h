@@ -82,10 +82,10 @@ bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_pan
 typedef bool qni_panel_visit(void *user, int32_t panel);
 bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
                           void *user);
-/* The panel nearest to p, of equally near ones that of the lowest number, among those nearer than
- * sqrt(*square); -1 when there is none. */
-int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], double *square,
-                               double nearest[3]);
+/* The panel nearest to p, of equally near ones that of the lowest number; -1 when there is none. A
+ * guess (or -1) that is near saves most of the search and changes nothing else. */
+int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], int32_t guess,
+                               double *square, double nearest[3]);
 /* The sum of qni_panel_angle() over the tree, dipoles standing for what is far (after Barill,
  * Dickson, Schmidt, Levin, Jacobson, "Fast winding numbers for soups and clouds", 2018). */
 double qni_panel_tree_angle(const qni_panel_tree *tree, const double p[3], double gradient[3]);

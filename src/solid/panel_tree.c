@@ -221,10 +221,15 @@ typedef struct pending {
     double square;
 } pending;
 
-int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], double *square,
-                               double nearest[3]) {
+int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], int32_t guess,
+                               double *square, double nearest[3]) {
     pending stack[MOST_LEVELS];
     int32_t height = 0, best = -1;
+    *square = QNI_INFINITY;
+    if (guess >= 0 && guess < tree->count) {
+        best = guess;
+        *square = qni_panel_nearest(&tree->panels[guess], p, nearest);
+    }
     if (tree->count)
         stack[height++] = (pending){0, square_to_node(&tree->nodes[0], p)};
     while (height) {
