@@ -137,9 +137,9 @@ enum { QNI_NEARBY_PARTS = 64 + 8 };
 typedef struct qni_nearby {
     qn_solid base;
     const qni_hermite *hermite;
+    qni_region region; /* down to blocks */
     qni_cell cell, block_cell;
-    qn_solid *block;                   /* restricted to the block round some cell; NULL: none yet */
-    qn_solid *parts[QNI_NEARBY_PARTS]; /* from there to its cells of levels 1 and 2 */
+    qn_solid *parts[QNI_NEARBY_PARTS]; /* of the block's cells of levels 1 and 2; NULL: none yet */
     qn_solid *near;                    /* to the cell itself, of level 0 */
     const qn_solid *asked;             /* one of them; NULL: nobody asked yet */
 } qni_nearby;

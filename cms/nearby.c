@@ -34,15 +34,15 @@ static void forget_parts(qni_nearby *nearby) {
     }
 }
 
-/* The block, or larger cell, round the cell. */
-static void set_block(qni_nearby *nearby) {
+/* Of the block, or larger cell, round the cell: it serves all cells in it. */
+static const qn_solid *block_part(qni_nearby *nearby) {
     const qni_cell around = cell_around(&nearby->cell, 3);
-    if (!nearby->block || memcmp(&around, &nearby->block_cell, sizeof around) != 0) {
+    if (memcmp(&around, &nearby->block_cell, sizeof around) != 0) {
         forget_parts(nearby);
-        qn_solid_destroy(nearby->block);
         nearby->block_cell = around;
-        nearby->block = restrict_to_cell(nearby->hermite, nearby->hermite->solid, &around, 0.5);
     }
+    const qn_solid *part = qni_region_cube(&nearby->region, around.low, around.level);
+    return part ? part : nearby->hermite->solid;
 }
 
 /* Where the part of a cell of level 1 or 2 in the block is kept. */
@@ -56,7 +56,7 @@ static int place_of(const qni_cell *cell) {
  * serves the cells in it. */
 static const qn_solid *cell_part(qni_nearby *nearby, const qni_cell *cell) {
     if (cell->level >= 3)
-        return nearby->block ? nearby->block : nearby->hermite->solid;
+        return block_part(nearby);
     qn_solid **kept = cell->level > 0 ? &nearby->parts[place_of(cell)] : &nearby->near;
     if (!*kept) {
         const qni_cell around = cell_around(cell, cell->level + 1);
@@ -72,7 +72,8 @@ static const qn_solid *cell_part(qni_nearby *nearby, const qni_cell *cell) {
 static const qn_solid *part_of(const qn_solid *solid) {
     qni_nearby *nearby = (qni_nearby *)(uintptr_t)solid; /* one thread's own */
     if (!nearby->asked) {
-        set_block(nearby);
+        if (nearby->cell.level < 3)
+            block_part(nearby); /* forgets the parts of another block */
         nearby->asked = cell_part(nearby, &nearby->cell);
     }
     return nearby->asked;
@@ -120,6 +121,7 @@ void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite) {
     nearby->base = *hermite->solid;
     nearby->base.ops = &nearby_ops;
     nearby->hermite = hermite;
+    qni_region_start(&nearby->region, hermite->solid, &hermite->lattice, true);
 }
 
 void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell) {
@@ -131,7 +133,7 @@ void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell) {
 
 void qni_nearby_end(qni_nearby *nearby) {
     forget_parts(nearby);
+    qni_region_end(&nearby->region);
     qn_solid_destroy(nearby->near);
-    qn_solid_destroy(nearby->block);
-    nearby->near = nearby->block = NULL;
+    nearby->near = NULL;
 }

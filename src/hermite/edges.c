@@ -42,6 +42,45 @@ static qn_status find_values(const qn_solid *solid, int64_t count, const double 
     return QN_OK;
 }
 
+/* So many primitives are cut down once more for each of eight parts of a block. */
+enum { MANY_PRIMITIVES = 8 };
+
+/* The values of one part, by 4 or 5 points along each axis. */
+static qn_status values_of_part(edge_job *job, int part) {
+    double points[125][3], values[125];
+    int corners[125], count = 0, from[3], to[3];
+    qni_box box;
+    for (int k = 0; k < 3; ++k) {
+        from[k] = part >> k & 1 ? 5 : 0;
+        to[k] = part >> k & 1 ? 8 : 4;
+        box.low[k] = job->planes[k][from[k]];
+        box.high[k] = job->planes[k][to[k]];
+    }
+    for (int z = from[2]; z <= to[2]; ++z)
+        for (int y = from[1]; y <= to[1]; ++y)
+            for (int x = from[0]; x <= to[0]; ++x, ++count) {
+                const int at[3] = {x, y, z};
+                corners[count] = 81 * z + 9 * y + x;
+                for (int k = 0; k < 3; ++k)
+                    points[count][k] = job->planes[k][at[k]];
+            }
+    qn_solid *solid;
+    QN_TRY(job->solid->ops->restrict_to(job->solid, &box, &solid));
+    const qn_status status = find_values(solid, count, (const double(*)[3])points, values);
+    qn_solid_destroy(solid);
+    for (int n = 0; n < count; ++n)
+        job->values[corners[n]] = values[n];
+    return status;
+}
+
+static qn_status values_of_block(edge_job *job, const double (*points)[3]) {
+    if (job->solid->weight < MANY_PRIMITIVES)
+        return find_values(job->solid, QNI_BLOCK_CORNERS, points, job->values);
+    for (int part = 0; part < 8; ++part)
+        QN_TRY(values_of_part(job, part));
+    return QN_OK;
+}
+
 /* Does the whole block lie within the bounds? */
 static bool lies_within(const edge_job *job) {
     for (int k = 0; k < 3; ++k)
@@ -58,7 +97,7 @@ static qn_status sample_signs(edge_job *job) {
         points[n][1] = job->planes[1][n / 9 % 9];
         points[n][2] = job->planes[2][n / 81];
     }
-    QN_TRY(find_values(job->solid, QNI_BLOCK_CORNERS, (const double(*)[3])points, values));
+    QN_TRY(values_of_block(job, (const double(*)[3])points));
     job->sampling->evaluations += QNI_BLOCK_CORNERS;
     const bool all_within = lies_within(job);
     job->block->straddles = !all_within;
@@ -368,12 +407,12 @@ qn_status qni_sample_block(qni_sampling *sampling, qni_hermite_block *block) {
         box.low[k] = job.planes[k][0];
         box.high[k] = job.planes[k][8];
     }
-    qn_solid *inner;
-    QN_TRY(hermite->solid->ops->restrict_to(hermite->solid, &box, &inner));
-    job.solid = inner;
-    job.has_slopes = inner->ops->slopes && inner->ops->slopes(inner, &box, job.slopes);
+    const int32_t low[3] = {8 * block->place[0], 8 * block->place[1], 8 * block->place[2]};
+    job.solid = qni_region_cube(sampling->region, low, 3);
+    if (!job.solid)
+        return QN_ERROR_OUT_OF_MEMORY;
+    job.has_slopes = job.solid->ops->slopes && job.solid->ops->slopes(job.solid, &box, job.slopes);
     const qn_status status = sample(&job);
-    qn_solid_destroy(inner);
     qni_free(hermite->context, job.found, job.found_capacity, sizeof *job.found);
     return status;
 }

@@ -224,12 +224,13 @@ static bool enter_missing_neighbors(qni_hermite *hermite, int64_t index) {
     return true;
 }
 
-static qn_status sample_blocks(qni_hermite *hermite, int64_t from, double share, qn_error *error) {
+static qn_status sample_blocks(qni_hermite *hermite, qni_region *regions, int64_t from,
+                               qn_error *error) {
     const int32_t threads = qn_context_threads(hermite->context);
     const int64_t round = 64 * (int64_t)threads, end = hermite->block_count;
     for (int64_t first = from; first < end; first += round) {
         if (qni_progress(hermite->context, "sampling",
-                         share * (double)(first - from) / (double)(end - from)))
+                         (double)(first - from) / (double)(end - from)))
             return qni_fail(error, QN_ERROR_CANCELLED, "sampling was cancelled");
         const int64_t last = end - first < round ? end : first + round;
         int64_t evaluations = 0, multiple = 0, mended = 0;
@@ -237,7 +238,7 @@ static qn_status sample_blocks(qni_hermite *hermite, int64_t from, double share,
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads) \
     reduction(+ : evaluations, multiple, mended) reduction(max : worst)
         for (int64_t i = first; i < last; ++i) {
-            qni_sampling sampling = {hermite, QN_OK, 0, 0, 0};
+            qni_sampling sampling = {hermite, &regions[qni_thread_index()], 0, 0, 0};
             const int status = (int)qni_sample_block(&sampling, &hermite->blocks[i]);
             worst = status > worst ? status : worst;
             evaluations += sampling.evaluations;
@@ -292,18 +293,32 @@ static qn_status settle(qni_hermite *hermite, qn_error *error) {
     return QN_OK;
 }
 
-static qn_status fill(qni_hermite *hermite, qn_error *error) {
+static qn_status find_and_sample(qni_hermite *hermite, qni_region *regions, qn_error *error) {
     QN_TRY(qni_discover(hermite, error));
     int64_t done = 0;
     while (done < hermite->block_count) {
         const int64_t end = hermite->block_count;
-        QN_TRY(sample_blocks(hermite, done, 1, error));
+        QN_TRY(sample_blocks(hermite, regions, done, error));
         for (int64_t i = done; i < end; ++i)
             if (hermite->blocks[i].crossing_count && !enter_missing_neighbors(hermite, i))
                 return qni_fail_memory(error, "Hermite data");
         done = end;
     }
     return settle(hermite, error);
+}
+
+static qn_status fill(qni_hermite *hermite, qn_error *error) {
+    const int32_t threads = qn_context_threads(hermite->context);
+    qni_region *regions = qni_alloc(hermite->context, threads, sizeof *regions);
+    if (!regions)
+        return qni_fail_memory(error, "Hermite data");
+    for (int32_t n = 0; n < threads; ++n)
+        qni_region_start(&regions[n], hermite->solid, &hermite->lattice, false);
+    const qn_status status = find_and_sample(hermite, regions, error);
+    for (int32_t n = 0; n < threads; ++n)
+        qni_region_end(&regions[n]);
+    qni_free(hermite->context, regions, threads, sizeof *regions);
+    return status;
 }
 
 qn_status qni_hermite_create(qn_context *context, const qn_solid *solid, const qni_lattice *lattice,

@@ -4,6 +4,7 @@
 #define QNI_HERMITE_HERMITE_H
 
 #include "hermite/lattice.h"
+#include "hermite/region.h"
 
 enum {
     QNI_BLOCK = 8, /* cells along an edge of a block */
@@ -80,7 +81,7 @@ bool qni_hermite_cell_values(const qni_hermite *hermite, const int32_t cell[3], 
 
 typedef struct qni_sampling {
     qni_hermite *hermite;
-    qn_status status;
+    qni_region *region; /* of this thread */
     int64_t evaluations, multiple_edges, mended_edges;
 } qni_sampling;
 

@@ -263,6 +263,7 @@ static qn_status restrict_parts(const combination *c, const qni_box *box, const 
             continue;
         QN_TRY(c->parts[n]->ops->restrict_to(c->parts[n], box, &smaller->parts[used]));
         *changed_out = *changed_out || smaller->parts[used] != c->parts[n];
+        smaller->base.weight += smaller->parts[used]->weight;
         smaller->signs[used++] = c->signs[n];
     }
     return QN_OK;
@@ -339,6 +340,7 @@ static combination *create(qn_context *context, double sign, int64_t count) {
         return NULL;
     c->sign = sign;
     c->count = count;
+    c->base.weight = 0; /* until its parts are known */
     c->parts = qni_alloc_zero(context, count, sizeof *c->parts);
     c->signs = qni_alloc_zero(context, count, sizeof *c->signs);
     if (c->parts && c->signs)
@@ -388,6 +390,7 @@ qn_solid *qni_combine_create(qn_context *context, bool intersect, int64_t count,
     for (int64_t n = 0; n < count; ++n) {
         c->parts[n] = qni_solid_retain(parts[n]);
         c->signs[n] = minus && minus[n] ? -c->sign : c->sign;
+        c->base.weight += parts[n]->weight;
         if (c->base.depth <= parts[n]->depth)
             c->base.depth = parts[n]->depth + 1;
     }
@@ -410,6 +413,7 @@ qn_solid *qni_combine_transformed(qn_context *context, const qn_solid *part,
             destroy(&moved->base);
             return NULL;
         }
+        moved->base.weight += moved->parts[n]->weight;
         if (moved->base.depth <= moved->parts[n]->depth)
             moved->base.depth = moved->parts[n]->depth + 1;
     }

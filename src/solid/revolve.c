@@ -323,6 +323,7 @@ qn_solid *qni_revolve_create(qn_context *context, const qn_solid *part, double s
     r->step = fragments ? angle / fragments : 0;
     r->stretch = fragments ? 1 / qni_cos_degrees(0.5 * r->step) : 1;
     r->base.depth = part->depth + 1;
+    r->base.weight = part->weight;
     r->part = qni_solid_retain(part);
     r->edges = qni_alloc(context, fragments, sizeof *r->edges);
     r->middles = qni_alloc(context, fragments, sizeof *r->middles);

@@ -13,6 +13,7 @@ qn_solid *qni_solid_new(qn_context *context, size_t size, const qni_solid_ops *o
     solid->references = 1;
     solid->box = qni_box_everything();
     solid->depth = 1;
+    solid->weight = 1;
     return solid;
 }
 

@@ -56,10 +56,11 @@ struct qn_solid {
     const qni_solid_ops *ops;
     qn_context *context;
     int64_t references; /* changed with atomic operations */
-    qni_box box;   /* holds the solid; infinite for half-spaces and the like, low = high when it is
-                      empty */
-    int32_t depth; /* levels of the tree below and with this one */
-    int32_t owner; /* of leaves: what gradients and crossings say */
+    qni_box box;    /* holds the solid; infinite for half-spaces and the like, low = high when it is
+                       empty */
+    int32_t depth;  /* levels of the tree below and with this one */
+    int32_t weight; /* what a value costs, about: primitives below and with this one */
+    int32_t owner;  /* of leaves: what gradients and crossings say */
 };
 
 /* The crossings of any solid whose values and bounds are all that is known: the segment is cut into

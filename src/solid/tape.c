@@ -111,6 +111,7 @@ qni_tape *qni_tape_create(qn_context *context, const qni_tape_op *ops, int64_t c
         tape->count = mark_needed(ops, count, place);
         tape->ops = qni_alloc(context, tape->count, sizeof *tape->ops);
         tape->base.box = *box;
+        tape->base.weight = 1 + (int32_t)(tape->count / QNI_TAPE_OPS_OF_A_PRIMITIVE);
         if (tape->ops) {
             copy_needed(ops, count, place, tape->ops);
             tape->registers = assign_registers(tape->ops, tape->count, place, place + count);

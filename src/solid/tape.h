@@ -56,6 +56,8 @@ typedef struct qni_tape {
     int32_t registers;
 } qni_tape;
 
+enum { QNI_TAPE_OPS_OF_A_PRIMITIVE = 8 };
+
 /* How many operands an operation takes, and its name. */
 int qni_tape_operands(qni_tape_code code);
 const char *qni_tape_name(qni_tape_code code);

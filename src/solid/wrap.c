@@ -26,6 +26,7 @@ static qn_solid *create(qn_context *context, const qn_solid *part, const qni_sol
     solid->part = qni_solid_retain(part);
     solid->base.box = part->box;
     solid->base.depth = part->depth + 1;
+    solid->base.weight = part->weight;
     return &solid->base;
 }
 
