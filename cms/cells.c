@@ -199,8 +199,8 @@ static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *
     return true;
 }
 
-qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
-                         const qni_cell_box *box, qni_cms_tally *tally, bool *closed) {
+qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                          const qni_cell_box *box, bool *closed) {
     patch->octree = stages->octree;
     patch->unions = &stages->unions;
     if (box)
@@ -210,11 +210,19 @@ qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
     if (box ? !gather_union(stages, patch, box) : !gather_cell(stages, patch, leaf, NULL))
         return QN_ERROR_OUT_OF_MEMORY;
     *closed = qni_patch_trace(patch, stages->features);
-    if (!*closed)
-        return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+    return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+}
+
+qn_status qni_finish_patch(qni_patch *patch, bool united, qni_cms_tally *tally) {
     QN_TRY(qni_patch_place_apexes(patch, true, tally));
     QN_TRY(qni_patch_triangulate(patch, tally));
-    return box ? QN_OK : qni_patch_separate(patch, tally);
+    return united ? QN_OK : qni_patch_separate(patch, tally);
+}
+
+qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                         const qni_cell_box *box, qni_cms_tally *tally, bool *closed) {
+    QN_TRY(qni_trace_patch(stages, patch, leaf, box, closed));
+    return *closed ? qni_finish_patch(patch, box, tally) : QN_OK;
 }
 
 /* The lowest leaf of a union makes all of it. */

@@ -166,6 +166,7 @@ typedef struct qni_unions {
     int64_t count, capacity;
     qni_union_member *members; /* ascending z, y, x; number -1: a corner reaches into it */
     int64_t member_count, member_capacity;
+    bool *troubled; /* of each leaf, while unions are tried */
 } qni_unions;
 
 /* The union that holds a finest cell, or -1 (unite.c). */

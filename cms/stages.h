@@ -82,6 +82,10 @@ bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_
 /* Loops, apexes and triangles of a leaf, or of a union of finest cells, whose loops may meet. */
 qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
                          const qni_cell_box *box, qni_cms_tally *tally, bool *closed);
+/* Its two halves: loops without triangles; then apexes and triangles. */
+qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                          const qni_cell_box *box, bool *closed);
+qn_status qni_finish_patch(qni_patch *patch, bool united, qni_cms_tally *tally);
 /* The n-th finest cell of a box, x fastest; false when there are no more. */
 static inline bool qni_box_member(const qni_cell_box *box, int32_t n, qni_cell *cell) {
     const int32_t at[3] = {n % box->size[0], n / box->size[0] % box->size[1],

@@ -91,19 +91,50 @@ static void add_verdict(const qni_patch *patch, const qni_cms_tally *tally, bool
     sum->usable = sum->usable && closed && tally->tubes == 0 && tally->unresolved_cells == 0;
 }
 
-static qn_status judge_members(qni_stages *stages, const qni_cell_box *box, verdict *sum) {
+/* What the cells round one come to, each on its own: boxes that hold it share them. A cell of one
+ * loop that is not known as bad is not: its loop says all of it. */
+typedef struct surroundings {
+    int32_t low[3]; /* of the lowest one */
+    bool known[MOST_BOXES];
+    verdict verdicts[MOST_BOXES];
+} surroundings;
+
+static qn_status judge_cell(qni_stages *stages, surroundings *around, const qni_cell *cell,
+                            const verdict **verdict_out) {
+    const int place = 9 * (cell->low[2] - around->low[2]) + 3 * (cell->low[1] - around->low[1]) +
+                      cell->low[0] - around->low[0];
     const verdict none = {0, 0, 0, true};
+    verdict *own = &around->verdicts[place];
+    *verdict_out = own;
+    if (around->known[place])
+        return QN_OK;
+    *own = none;
+    around->known[place] = true;
+    const int64_t leaf = qni_octree_find_leaf(stages->octree, cell);
+    qni_cms_tally tally = {0};
+    bool closed;
+    if (leaf < 0)
+        return QN_OK;
     qni_patch *patch = &stages->patches[0];
+    QN_TRY(qni_trace_patch(stages, patch, leaf, NULL, &closed));
+    if (closed && (stages->unions.troubled[leaf] || patch->loop_count > 1))
+        QN_TRY(qni_finish_patch(patch, false, &tally));
+    add_verdict(patch, &tally, closed, own);
+    return QN_OK;
+}
+
+static qn_status judge_members(qni_stages *stages, surroundings *around, const qni_cell_box *box,
+                               verdict *sum) {
+    const verdict none = {0, 0, 0, true};
     qni_cell cell = {{0, 0, 0}, 0};
     *sum = none;
     for (int32_t n = 0; qni_box_member(box, n, &cell); ++n) {
-        const int64_t leaf = qni_octree_find_leaf(stages->octree, &cell);
-        qni_cms_tally tally = {0};
-        bool closed;
-        if (leaf < 0)
-            continue;
-        QN_TRY(qni_make_patch(stages, patch, leaf, NULL, &tally, &closed));
-        add_verdict(patch, &tally, closed, sum);
+        const verdict *own;
+        QN_TRY(judge_cell(stages, around, &cell, &own));
+        sum->pieces += own->pieces;
+        sum->loops += own->loops;
+        sum->bad += own->bad;
+        sum->usable = sum->usable && own->usable;
     }
     return QN_OK;
 }
@@ -125,22 +156,26 @@ static int64_t inner_crossings(const qni_hermite *hermite, const qni_cell_box *b
     return count;
 }
 
-/* Does the box come out better than its cells? Its discs must be as many as the cells' discs make
- * when they are joined at the walls between: Euler's number stays. */
-static qn_status judge_box(qni_stages *stages, const qni_cell_box *box, int64_t *gain) {
+/* Does the box come out better than its cells, by more than `least`? Its discs must be as many as
+ * the cells' discs make when they are joined at the walls between: Euler's number stays. */
+static qn_status judge_box(qni_stages *stages, surroundings *around, const qni_cell_box *box,
+                           int64_t least, int64_t *gain) {
     verdict apart, together = {0, 0, 0, true};
     qni_cms_tally tally = {0};
     bool closed;
     *gain = 0;
-    QN_TRY(judge_members(stages, box, &apart));
-    if (!apart.usable)
+    QN_TRY(judge_members(stages, around, box, &apart));
+    if (!apart.usable || apart.bad <= least) /* not even without a flaw would it be the best */
         return QN_OK;
     qni_patch *patch = &stages->patches[0];
-    QN_TRY(qni_make_patch(stages, patch, -1, box, &tally, &closed));
-    add_verdict(patch, &tally, closed, &together);
-    const int64_t inner_segments = (apart.pieces - together.pieces) / 2,
+    QN_TRY(qni_trace_patch(stages, patch, -1, box, &closed));
+    const int64_t inner_segments = (apart.pieces - patch->piece_count) / 2,
                   euler = apart.loops - inner_segments + inner_crossings(stages->hermite, box);
-    if (together.usable && together.loops == euler && !qni_patch_loops_meet(patch))
+    if (!closed || patch->loop_count != euler)
+        return QN_OK;
+    QN_TRY(qni_finish_patch(patch, true, &tally));
+    add_verdict(patch, &tally, closed, &together);
+    if (together.usable && !qni_patch_loops_meet(patch))
         *gain = apart.bad - together.bad;
     return QN_OK;
 }
@@ -235,7 +270,10 @@ static qn_status unite(qni_stages *stages, const qni_cell_box *box) {
 static qn_status try_boxes(qni_stages *stages, const qni_trouble *trouble, qni_veto_list *vetoes) {
     qni_cell_box boxes[MOST_BOXES], best;
     const int count = list_boxes(stages, trouble, boxes);
+    surroundings around = {.known = {false}};
     int64_t most = 0;
+    for (int k = 0; k < 3; ++k)
+        around.low[k] = trouble->cell[k] - 1;
     for (int n = 0; n < count; ++n) {
         qni_cell coarse;
         int64_t gain;
@@ -246,7 +284,7 @@ static qn_status try_boxes(qni_stages *stages, const qni_trouble *trouble, qni_v
                 return qni_stages_add_vetoes(stages, vetoes, &coarse, 1);
             continue;
         }
-        QN_TRY(judge_box(stages, &boxes[n], &gain));
+        QN_TRY(judge_box(stages, &around, &boxes[n], most, &gain));
         if (gain > most) {
             most = gain;
             best = boxes[n];
@@ -269,7 +307,18 @@ static bool claim_reached(qni_stages *stages, const qni_trouble *trouble) {
     return true;
 }
 
-qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes) {
+static void mark_troubled(qni_stages *stages) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        for (int64_t m = 0; m < stages->chunks[n].trouble_count; ++m) {
+            const int32_t *low = stages->chunks[n].troubles[m].cell;
+            const qni_cell cell = {{low[0], low[1], low[2]}, 0};
+            const int64_t leaf = qni_octree_find_leaf(stages->octree, &cell);
+            if (leaf >= 0)
+                stages->unions.troubled[leaf] = true;
+        }
+}
+
+static qn_status try_all(qni_stages *stages, qni_veto_list *vetoes) {
     for (int64_t n = 0; n < stages->chunk_count; ++n)
         stages->chunks[n].solve = stages->chunks[n].make = false;
     for (int64_t n = 0; n < stages->chunk_count; ++n)
@@ -284,4 +333,16 @@ qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes) {
                 QN_TRY(try_boxes(stages, trouble, vetoes));
         }
     return QN_OK;
+}
+
+qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes) {
+    const int64_t leaves = stages->octree->leaf_count;
+    stages->unions.troubled = qni_alloc_zero(stages->context, leaves, sizeof(bool));
+    if (!stages->unions.troubled)
+        return qni_fail_memory(stages->error, "a surface");
+    mark_troubled(stages);
+    const qn_status status = try_all(stages, vetoes);
+    qni_free(stages->context, stages->unions.troubled, leaves, sizeof(bool));
+    stages->unions.troubled = NULL;
+    return status;
 }
