@@ -45,6 +45,12 @@ static const qn_solid *block_part(qni_nearby *nearby) {
     return part ? part : nearby->hermite->solid;
 }
 
+/* Unions of cells stand for cells that are not aligned. */
+static bool is_kept(const qni_cell *cell) {
+    const int32_t low = (1 << cell->level) - 1;
+    return cell->level > 0 && !((cell->low[0] | cell->low[1] | cell->low[2]) & low);
+}
+
 /* Where the part of a cell of level 1 or 2 in the block is kept. */
 static int place_of(const qni_cell *cell) {
     const int x = (cell->low[0] & 7) >> cell->level, y = (cell->low[1] & 7) >> cell->level,
@@ -57,7 +63,7 @@ static int place_of(const qni_cell *cell) {
 static const qn_solid *cell_part(qni_nearby *nearby, const qni_cell *cell) {
     if (cell->level >= 3)
         return block_part(nearby);
-    qn_solid **kept = cell->level > 0 ? &nearby->parts[place_of(cell)] : &nearby->near;
+    qn_solid **kept = is_kept(cell) ? &nearby->parts[place_of(cell)] : &nearby->near;
     if (!*kept) {
         const qni_cell around = cell_around(cell, cell->level + 1);
         const qn_solid *larger = cell_part(nearby, &around);

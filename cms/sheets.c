@@ -144,6 +144,18 @@ static void settle(const qni_patch *patch, sheet *tangent, const double point[3]
     memcpy(tangent->normal, normal, sizeof normal);
 }
 
+/* Sheets that are flat as far as the point where they meet: it is known at once. */
+static bool are_flat(const qni_patch *patch, const sheet *sheets, int32_t count,
+                     const double point[3]) {
+    double from[MOST_SHEETS + 1][3];
+    int32_t free_count = 0;
+    for (int32_t n = 0; n < count; ++n)
+        if (!sheets[n].fixed)
+            memcpy(from[free_count++], sheets[n].at, sizeof from[0]);
+    return qni_flat_pieces_meet(patch->solid, point, free_count, (const double(*)[3])from,
+                                1e-8 * patch->hermite->lattice.cell);
+}
+
 /* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */
 static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, int32_t rank,
                         double point[3]) {
@@ -152,6 +164,8 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
     if (!solve_sheets(sheets, count, rank, point, next))
         return false;
     memcpy(point, next, sizeof next);
+    if (are_flat(patch, sheets, count, point))
+        return true;
     for (int32_t n = 0; n < count; ++n)
         if (!sheets[n].fixed)
             settle(patch, &sheets[n], point);
