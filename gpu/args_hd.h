@@ -3,8 +3,8 @@
  * leaves, vertices and quads come from exclusive scans of integers, so they do not depend on the
  * order in which blocks run.
  *
- * A slab (gpu/README.md) knows its layers of leaves and one more layer on either side; numbers of
- * vertices and quads start at vertex_offset and quad_offset so that its own ones come out right. */
+ * A slab holds its own layers of leaves and some on either side (gpu/slabs.c). All in it is numbered
+ * as if it were the whole volume; at the end its own part is renumbered. */
 #ifndef QNI_GPU_ARGS_HD_H
 #define QNI_GPU_ARGS_HD_H
 
@@ -44,6 +44,8 @@ typedef struct qni_gpu_totals {
     uint64_t splits;                     /* quads to be split */
     uint64_t split_quads;                /* quads they add */
     uint64_t left_on_face;               /* points of doubled edges that stay on their face */
+    /* Where the own part of a slab begins and ends among all that the slab holds. */
+    uint64_t own_active[2], own[2][QNI_GPU_CHANNELS], own_splits[2], own_split_quads[2];
     uint64_t tally[QNI_GPU_STRIPES][QNI_GPU_TALLIES];
     uint64_t nonfinite; /* a sample that is not finite was met */
     uint64_t nan_count, infinite_count;
@@ -83,6 +85,12 @@ typedef struct qni_gpu_split {
     uint8_t axis, quads, forward, turn;
 } qni_gpu_split;
 
+/* From numbers in a slab to numbers in the mesh: what is added, modulo 2^32. */
+typedef struct qni_gpu_shifts {
+    uint32_t vertices, points, centres; /* of the plain mesh; of doubled edges; of split quads */
+    uint32_t quads, extra_quads;
+} qni_gpu_shifts;
+
 typedef struct qni_gpu_args {
     qni_gpu_field field;
     qni_frame frame;
@@ -112,12 +120,11 @@ typedef struct qni_gpu_args {
     int64_t scan_tiles;
     uint64_t *scan_totals;
 
-    int64_t first_slot, end_slot;        /* active leaves of the slab's own layers */
-    uint32_t vertex_offset, quad_offset; /* from places to numbers in the mesh */
-    int64_t first_linked, end_linked;    /* active leaves whose low faces join own quads */
-    uint32_t first_vertex, first_quad;   /* the mesh arrays start with these */
-    uint32_t own_quads;                  /* plain quads that the arrays hold */
-    float *positions, *normals;          /* normals may be NULL */
+    int32_t own_layers[2];            /* first and end: the others belong to the slabs beside */
+    int64_t first_slot, end_slot;     /* active leaves whose vertices and quads are written */
+    int64_t first_linked, end_linked; /* active leaves whose low faces join quads */
+    uint32_t own_vertices[2], own_doubled[2]; /* what is counted: first and end */
+    float *positions, *normals;               /* normals may be NULL */
     uint32_t *quads, *twins, *vertex_halfedges;
 
     /* Repair: the plain mesh has so many; what is new comes after. */
@@ -127,6 +134,10 @@ typedef struct qni_gpu_args {
     uint32_t *mark_ranks;  /* [words + 1] splits before each word */
     uint32_t *split_sizes; /* [splits + 1] quads each adds, then those before it */
     qni_gpu_split *splits;
+
+    /* Renumbering: entries from `range_first` on, so many. */
+    qni_gpu_shifts shifts;
+    int64_t range_first, range_count;
 
     int32_t with_doubled, reverse, with_halfedges;
 } qni_gpu_args;

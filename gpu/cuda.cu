@@ -31,7 +31,11 @@ enum {
     BLOCKS_note_splits = 4,
     BLOCKS_place_faces = 4,
     BLOCKS_split_quads = 4,
-    BLOCKS_link_splits = 4
+    BLOCKS_link_splits = 4,
+    BLOCKS_note_own = 1,
+    BLOCKS_note_own_splits = 1,
+    BLOCKS_renumber_quads = 4,
+    BLOCKS_renumber_halfedges = 4
 };
 enum { SIGN_THREADS = 256, SIGN_WORDS = 4, BLOCKS_A_PROCESSOR = 32 };
 

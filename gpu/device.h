@@ -57,6 +57,7 @@ typedef struct qni_gpu_pool {
     void *memory[QNI_GPU_BUFFER_COUNT];
     int64_t bytes[QNI_GPU_BUFFER_COUNT];
     int64_t used[QNI_GPU_BUFFER_COUNT]; /* of them by the call at hand */
+    bool is_full;                       /* the device had no more */
 } qni_gpu_pool;
 
 qn_status qni_gpu_reserve(qni_gpu_pool *pool, qni_gpu_buffer buffer, int64_t bytes, void **out,

@@ -2,22 +2,12 @@
 /* The stages of one surface: signs -> leaves -> count | records -> vertices and quads. The bar is
  * the one synchronisation, where the host learns how much memory the mesh needs. */
 #include "gpu/driver.h"
+#include "gpu/room.h"
 #include "dmc/dmc.h"
 #include "core/status.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Parts of one buffer, each on a boundary of 256 bytes. */
-static int64_t part_bytes(int64_t count, size_t size) {
-    return (count * (int64_t)size + 255) / 256 * 256;
-}
-
-static void *take_part(char **at, int64_t count, size_t size) {
-    void *part = *at;
-    *at += part_bytes(count, size);
-    return part;
-}
 
 static qn_status launch(qni_gpu_job *job, qni_gpu_kernel kernel, int64_t blocks, qn_error *error) {
     qni_device *device = job->pool->device;
@@ -64,51 +54,28 @@ void qni_gpu_job_init(qni_gpu_job *job, qni_gpu_pool *pool, const qni_field *fie
     job->args.measured_planes = field->grid->size[2];
     qni_frame_of_field(field, &job->args.frame, &determinant);
     job->args.reverse = field->inside_below != (determinant < 0);
+    job->args.own_vertices[1] = job->args.own_doubled[1] = UINT32_MAX;
     memset(pool->used, 0, sizeof pool->used);
 }
 
-/* ---- pass 1 ---------------------------------------------------------------------------------- */
-
-static int64_t leaf_total(const qni_gpu_job *job) {
-    const qni_gpu_field *field = &job->args.field;
-    return (int64_t)field->leaves[0] * field->leaves[1] * field->layers;
+int32_t qni_gpu_layers_below(const qni_gpu_job *job) {
+    return job->with_repair ? 2 : 1;
 }
 
-static int64_t scan_tiles_of(int64_t length) {
-    return (length + QNI_SCAN_TILE) / QNI_SCAN_TILE;
-}
-
-static qn_status reserve_pass_1(qni_gpu_job *job, qn_error *error) {
+void qni_gpu_job_cut(qni_gpu_job *job, const int32_t own[2], int64_t first_plane) {
     qni_gpu_args *a = &job->args;
-    const int64_t leaves = leaf_total(job);
-    if (leaves >= INT32_MAX)
-        return qni_fail(error, QN_ERROR_UNSUPPORTED,
-                        "the volume has too many leaves for the GPU path: take --device cpu");
-    a->line_words = (int64_t)a->field.leaves[0] * 8 / 32 + 1;
-    const int64_t planes_left = a->field.points[2] - qni_gpu_sign_plane(a);
-    const int64_t planes = (int64_t)8 * a->field.layers + 1;
-    a->sign_planes = planes < planes_left ? planes : planes_left;
-    a->scan_tiles = scan_tiles_of(leaves);
-    a->count_stride = leaves + 1;
-    void *memory;
-    QN_TRY(
-        qni_gpu_reserve(job->pool, QNI_GPU_BUFFER_TOTALS, sizeof(qni_gpu_totals), &memory, error));
-    a->totals = memory;
-    QN_TRY(qni_gpu_reserve(job->pool, QNI_GPU_BUFFER_SIGNS,
-                           qni_gpu_sign_lines(a) * a->line_words * 4, &memory, error));
-    a->signs = memory;
-    QN_TRY(qni_gpu_reserve(job->pool, QNI_GPU_BUFFER_LEAVES,
-                           2 * part_bytes(leaves + 1, sizeof(uint32_t)) +
-                               part_bytes(QNI_GPU_CHANNELS * (leaves + 1), sizeof(uint32_t)) +
-                               part_bytes(QNI_GPU_CHANNELS * a->scan_tiles, sizeof(uint64_t)),
-                           &memory, error));
-    char *at = memory;
-    a->slot = take_part(&at, leaves + 1, sizeof(uint32_t));
-    a->active_leaf = take_part(&at, leaves + 1, sizeof(uint32_t));
-    a->counts = take_part(&at, QNI_GPU_CHANNELS * (leaves + 1), sizeof(uint32_t));
-    a->scan_sums = take_part(&at, QNI_GPU_CHANNELS * a->scan_tiles, sizeof(uint64_t));
-    return QN_OK;
+    const int32_t layers = a->field.leaves[2];
+    const int32_t below = own[0] - qni_gpu_layers_below(job), first = below > 0 ? below : 0;
+    const int32_t end = own[1] < layers ? own[1] + 1 : layers;
+    job->is_slab = true;
+    a->own_layers[0] = own[0];
+    a->own_layers[1] = own[1];
+    a->field.first_layer = first;
+    a->field.layers = end - first;
+    a->field.first_plane = first_plane;
 }
+
+/* ---- pass 1 ---------------------------------------------------------------------------------- */
 
 /* `most` is a bound on the length, which the device knows. */
 static qn_status scan(qni_gpu_job *job, uint32_t *data, int64_t stride, int64_t channels,
@@ -121,9 +88,9 @@ static qn_status scan(qni_gpu_job *job, uint32_t *data, int64_t stride, int64_t 
     a->scan_placed = placed;
     a->scan_length = length;
     a->scan_totals = totals;
-    QN_TRY(launch(job, QNI_GPU_KERNEL_scan_sums, channels * scan_tiles_of(most), error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_scan_sums, channels * qni_gpu_scan_tiles_of(most), error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_scan_tops, channels, error));
-    return launch(job, QNI_GPU_KERNEL_scan_places, placed * scan_tiles_of(most), error);
+    return launch(job, QNI_GPU_KERNEL_scan_places, placed * qni_gpu_scan_tiles_of(most), error);
 }
 
 static qn_status read_totals(qni_gpu_job *job, qn_error *error) {
@@ -135,7 +102,7 @@ static qn_status read_totals(qni_gpu_job *job, qn_error *error) {
 static qn_status count_once(qni_gpu_job *job, qn_error *error) {
     qni_gpu_args *a = &job->args;
     qni_device *device = job->pool->device;
-    const int64_t leaves = leaf_total(job);
+    const int64_t leaves = qni_gpu_leaf_total(job);
     memset(&job->totals, 0, sizeof job->totals);
     job->totals.leaves = (uint64_t)leaves;
     QN_TRY(device->upload(device, a->totals, &job->totals, sizeof job->totals, error));
@@ -144,8 +111,11 @@ static qn_status count_once(qni_gpu_job *job, qn_error *error) {
     QN_TRY(scan(job, a->slot, 0, 1, 1, &a->totals->leaves, leaves, &a->totals->active, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_list_leaves, leaves / QNI_LEAVES_THREADS + 1, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_count, leaves, error));
-    QN_TRY(scan(job, a->counts, a->count_stride, QNI_GPU_CHANNELS, QNI_GPU_PLACED,
-                &a->totals->active, leaves, a->totals->channels, error));
+    QN_TRY(scan(job, a->counts, a->count_stride, QNI_GPU_CHANNELS,
+                job->is_slab ? QNI_GPU_CHANNELS : QNI_GPU_PLACED, &a->totals->active, leaves,
+                a->totals->channels, error));
+    if (job->is_slab)
+        QN_TRY(launch(job, QNI_GPU_KERNEL_note_own, 1, error));
     return read_totals(job, error);
 }
 
@@ -157,7 +127,7 @@ static qn_status measure(qni_gpu_job *job, qn_error *error) {
     return read_totals(job, error);
 }
 
-static void apply_measure(qni_gpu_job *job) {
+void qni_gpu_apply_measure(qni_gpu_job *job) {
     double largest;
     memcpy(&largest, &job->totals.largest_bits, sizeof largest);
     qni_field_set_nonfinite(&job->field, (int64_t)job->totals.nan_count,
@@ -176,108 +146,47 @@ static qn_status check_totals(const qni_gpu_job *job, qn_error *error) {
     return QN_OK;
 }
 
-qn_status qni_gpu_count_surface(qni_gpu_job *job, qn_error *error) {
+static qn_status start_counting(qni_gpu_job *job, qn_error *error) {
     job->args.with_doubled = 1; /* they are reported even where they are kept */
     job->args.with_halfedges = job->with_halfedges;
-    memset(&job->totals, 0, sizeof job->totals);
-    if (leaf_total(job) == 0)
-        return QN_OK;
-    QN_TRY(reserve_pass_1(job, error));
-    QN_TRY(count_once(job, error));
-    if (job->totals.nonfinite && job->field.nonfinite_distance == 0) {
-        QN_TRY(measure(job, error));
-        apply_measure(job);
-        QN_TRY(count_once(job, error));
-    }
-    QN_TRY(check_totals(job, error));
+    return qni_gpu_reserve_count(job, error);
+}
+
+static void take_counts(qni_gpu_job *job) {
+    qni_gpu_args *a = &job->args;
     job->vertex_count = (int64_t)job->totals.channels[QNI_GPU_VERTICES];
     job->quad_count = (int64_t)job->totals.channels[QNI_GPU_QUADS];
     job->doubled_count = (int64_t)job->totals.channels[QNI_GPU_DOUBLED];
+    a->plain_vertices = (uint32_t)job->vertex_count;
+    a->plain_quads = (uint32_t)job->quad_count;
+    a->doubled_count = job->doubled_count;
+}
+
+qn_status qni_gpu_count_surface(qni_gpu_job *job, qn_error *error) {
+    memset(&job->totals, 0, sizeof job->totals);
+    if (qni_gpu_leaf_total(job) == 0)
+        return QN_OK;
+    QN_TRY(start_counting(job, error));
+    QN_TRY(count_once(job, error));
+    if (job->totals.nonfinite && job->field.nonfinite_distance == 0) {
+        QN_TRY(measure(job, error));
+        qni_gpu_apply_measure(job);
+        QN_TRY(count_once(job, error));
+    }
+    QN_TRY(check_totals(job, error));
+    take_counts(job);
     return QN_OK;
 }
 
 /* ---- pass 2 ---------------------------------------------------------------------------------- */
 
-static qn_status reserve_records(qni_gpu_job *job, qn_error *error) {
-    qni_gpu_args *a = &job->args;
-    const int64_t active = (int64_t)job->totals.active;
-    const int64_t multis = (int64_t)job->totals.channels[QNI_GPU_MULTIS];
-    const bool with_quads = job->with_halfedges || (job->with_repair && job->doubled_count);
-    void *memory;
-    QN_TRY(qni_gpu_reserve(job->pool, QNI_GPU_BUFFER_RECORDS,
-                           part_bytes(active, sizeof *a->leaves) +
-                               part_bytes(with_quads ? active : 0, sizeof *a->leaf_quads) +
-                               part_bytes(multis, sizeof *a->multis) +
-                               part_bytes(job->doubled_count, sizeof *a->doubled) + 256,
-                           &memory, error));
-    char *at = memory;
-    a->leaves = take_part(&at, active, sizeof *a->leaves);
-    a->leaf_quads = with_quads ? take_part(&at, active, sizeof *a->leaf_quads) : NULL;
-    a->multis = take_part(&at, multis, sizeof *a->multis);
-    a->doubled = take_part(&at, job->doubled_count, sizeof *a->doubled);
-    return QN_OK;
-}
-
-static qn_status reserve_array(qni_gpu_job *job, qni_gpu_buffer buffer, bool wanted, int64_t count,
-                               int64_t bytes, void **out, qn_error *error) {
-    *out = NULL;
-    return wanted && count > 0 ? qni_gpu_reserve(job->pool, buffer, count * bytes, out, error)
-                               : QN_OK;
-}
-
-static qn_status reserve_mesh(qni_gpu_job *job, qn_error *error) {
-    qni_gpu_args *a = &job->args;
-    const int64_t doubled = job->with_repair ? job->doubled_count : 0;
-    const int64_t vertices = job->vertex_count + 8 * doubled, quads = job->quad_count + 8 * doubled;
-    void *memory;
-    QN_TRY(reserve_array(job, QNI_GPU_BUFFER_POSITIONS, true, vertices, 12, &memory, error));
-    a->positions = memory;
-    QN_TRY(reserve_array(job, QNI_GPU_BUFFER_NORMALS, job->with_normals, vertices, 12, &memory,
-                         error));
-    a->normals = memory;
-    QN_TRY(reserve_array(job, QNI_GPU_BUFFER_QUADS, true, quads, 16, &memory, error));
-    a->quads = memory;
-    QN_TRY(
-        reserve_array(job, QNI_GPU_BUFFER_TWINS, job->with_halfedges, quads, 16, &memory, error));
-    a->twins = memory;
-    QN_TRY(reserve_array(job, QNI_GPU_BUFFER_VERTEX_HALFEDGES, job->with_halfedges, vertices, 4,
-                         &memory, error));
-    a->vertex_halfedges = memory;
-    return QN_OK;
-}
-
-/* Doubled edges give at most four splits each. */
-static qn_status reserve_repair(qni_gpu_job *job, int64_t words, qn_error *error) {
-    qni_gpu_args *a = &job->args;
-    const int64_t splits = 4 * job->doubled_count;
-    const int64_t tiles = scan_tiles_of(words > splits ? words : splits);
-    void *memory;
-    QN_TRY(qni_gpu_reserve(
-        job->pool, QNI_GPU_BUFFER_REPAIR,
-        part_bytes(words, sizeof *a->marks) + part_bytes(words + 1, sizeof *a->mark_ranks) +
-            part_bytes(splits + 1, sizeof *a->split_sizes) + part_bytes(splits, sizeof *a->splits) +
-            part_bytes(tiles, sizeof *a->scan_sums),
-        &memory, error));
-    char *at = memory;
-    a->marks = take_part(&at, words, sizeof *a->marks);
-    a->mark_ranks = take_part(&at, words + 1, sizeof *a->mark_ranks);
-    a->split_sizes = take_part(&at, splits + 1, sizeof *a->split_sizes);
-    a->splits = take_part(&at, splits, sizeof *a->splits);
-    a->scan_sums = take_part(&at, tiles, sizeof *a->scan_sums);
-    a->scan_tiles = tiles;
-    a->doubled_count = job->doubled_count;
-    a->plain_vertices = (uint32_t)job->vertex_count;
-    a->plain_quads = (uint32_t)job->quad_count;
-    return QN_OK;
-}
-
-static qn_status repair(qni_gpu_job *job, qn_error *error) {
+/* Which quads are split, and the places of what that adds. */
+static qn_status number_splits(qni_gpu_job *job, qn_error *error) {
     qni_gpu_args *a = &job->args;
     qni_device *device = job->pool->device;
     const int64_t words = (job->quad_count + 31) / 32, most = 4 * job->doubled_count;
-    const int64_t face_blocks = qni_gpu_blocks_for(job->doubled_count),
-                  split_blocks = qni_gpu_blocks_for(most);
-    QN_TRY(reserve_repair(job, words, error));
+    const int64_t face_blocks = qni_gpu_blocks_for(job->doubled_count);
+    QN_TRY(qni_gpu_reserve_repair(job, error));
     job->totals.mark_words = (uint64_t)words;
     QN_TRY(device->upload(device, &a->totals->mark_words, &job->totals.mark_words,
                           sizeof job->totals.mark_words, error));
@@ -288,32 +197,52 @@ static qn_status repair(qni_gpu_job *job, qn_error *error) {
     QN_TRY(scan(job, a->mark_ranks, 0, 1, 1, &a->totals->mark_words, words, &a->totals->splits,
                 error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_list_splits, face_blocks, error));
-    QN_TRY(launch(job, QNI_GPU_KERNEL_note_splits, split_blocks, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_note_splits, qni_gpu_blocks_for(most), error));
     QN_TRY(scan(job, a->split_sizes, 0, 1, 1, &a->totals->splits, most, &a->totals->split_quads,
                 error));
+    return job->is_slab ? launch(job, QNI_GPU_KERNEL_note_own_splits, 1, error) : QN_OK;
+}
+
+static qn_status repair(qni_gpu_job *job, qn_error *error) {
+    const int64_t face_blocks = qni_gpu_blocks_for(job->doubled_count),
+                  split_blocks = qni_gpu_blocks_for(4 * job->doubled_count);
+    QN_TRY(number_splits(job, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_place_faces, face_blocks, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_split_quads, split_blocks, error));
     return job->with_halfedges ? launch(job, QNI_GPU_KERNEL_link_splits, split_blocks, error)
                                : QN_OK;
 }
 
-qn_status qni_gpu_emit_surface(qni_gpu_job *job, qn_error *error) {
+static bool repairs(const qni_gpu_job *job) {
+    return job->with_repair && job->doubled_count > 0;
+}
+
+/* Repair looks at neighbours on all sides; without it a slab writes its own part only. */
+static void set_ranges(qni_gpu_job *job) {
     qni_gpu_args *a = &job->args;
+    const bool all = !job->is_slab || repairs(job);
+    a->first_slot = all ? 0 : (int64_t)job->totals.own_active[0];
+    a->end_slot = a->end_linked = (int64_t)(all ? job->totals.active : job->totals.own_active[1]);
+    a->first_linked = 0;
+    for (int end = 0; job->is_slab && end < 2; ++end) {
+        a->own_vertices[end] = (uint32_t)job->totals.own[end][QNI_GPU_VERTICES];
+        a->own_doubled[end] = (uint32_t)job->totals.own[end][QNI_GPU_DOUBLED];
+    }
+}
+
+qn_status qni_gpu_emit_surface(qni_gpu_job *job, qn_error *error) {
+    const qni_gpu_args *a = &job->args;
     const int64_t active = (int64_t)job->totals.active;
     if (active == 0)
         return QN_OK;
-    a->first_slot = 0;
-    a->end_slot = active;
-    a->first_linked = 0;
-    a->end_linked = active;
-    a->own_quads = (uint32_t)job->quad_count;
-    QN_TRY(reserve_records(job, error));
-    QN_TRY(reserve_mesh(job, error));
+    set_ranges(job);
+    QN_TRY(qni_gpu_reserve_records(job, error));
+    QN_TRY(qni_gpu_reserve_mesh(job, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_record, active, error));
-    QN_TRY(launch(job, QNI_GPU_KERNEL_emit, active, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_emit, a->end_slot - a->first_slot, error));
     if (job->with_halfedges)
-        QN_TRY(launch(job, QNI_GPU_KERNEL_link, active, error));
-    return job->with_repair && job->doubled_count ? repair(job, error) : QN_OK;
+        QN_TRY(launch(job, QNI_GPU_KERNEL_link, a->end_linked - a->first_linked, error));
+    return repairs(job) ? repair(job, error) : QN_OK;
 }
 
 qn_status qni_gpu_finish_surface(qni_gpu_job *job, qn_error *error) {
@@ -325,6 +254,53 @@ qn_status qni_gpu_finish_surface(qni_gpu_job *job, qn_error *error) {
         job->vertex_count += 4 * job->doubled_count + job->split_count;
     job->quad_count += (int64_t)job->totals.split_quads;
     job->fallback_points = (int64_t)job->totals.left_on_face;
+    return QN_OK;
+}
+
+/* ---- slabs ----------------------------------------------------------------------------------- */
+
+qn_status qni_gpu_count_slab(qni_gpu_job *job, qn_error *error) {
+    QN_TRY(start_counting(job, error));
+    QN_TRY(count_once(job, error));
+    QN_TRY(check_totals(job, error));
+    take_counts(job);
+    return QN_OK;
+}
+
+qn_status qni_gpu_count_splits(qni_gpu_job *job, qn_error *error) {
+    if (!repairs(job))
+        return QN_OK;
+    QN_TRY(qni_gpu_reserve_records(job, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_record, (int64_t)job->totals.active, error));
+    QN_TRY(number_splits(job, error));
+    return read_totals(job, error);
+}
+
+qn_status qni_gpu_measure_slab(qni_gpu_job *job, qn_error *error) {
+    qni_device *device = job->pool->device;
+    QN_TRY(start_counting(job, error));
+    memset(&job->totals, 0, sizeof job->totals);
+    QN_TRY(device->upload(device, job->args.totals, &job->totals, sizeof job->totals, error));
+    return measure(job, error);
+}
+
+/* Number `count` entries from `first` on. */
+static qn_status renumber(qni_gpu_job *job, qni_gpu_kernel kernel, int64_t first, int64_t count,
+                          qn_error *error) {
+    job->args.range_first = first;
+    job->args.range_count = count;
+    return launch(job, kernel, qni_gpu_blocks_for(count), error);
+}
+
+qn_status qni_gpu_renumber_slab(qni_gpu_job *job, const qni_gpu_shifts *shifts,
+                                const qni_gpu_range vertices[3], const qni_gpu_range quads[2],
+                                qn_error *error) {
+    job->args.shifts = *shifts;
+    for (int n = 0; n < 2; ++n)
+        QN_TRY(renumber(job, QNI_GPU_KERNEL_renumber_quads, quads[n].first, quads[n].count, error));
+    for (int n = 0; n < 3 && job->with_halfedges; ++n)
+        QN_TRY(renumber(job, QNI_GPU_KERNEL_renumber_halfedges, vertices[n].first,
+                        vertices[n].count, error));
     return QN_OK;
 }
 

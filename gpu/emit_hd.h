@@ -47,10 +47,15 @@ QN_HD_INLINE int qni_gpu_cell_count(const qni_gpu_args *a, int64_t slot) {
     return a->leaves[slot].before[7] + qni_count_bits(a->leaves[slot].active[7]);
 }
 
+QN_HD_INLINE void qni_gpu_tally(const qni_gpu_args *a, uint32_t vertex, int kind) {
+    if (vertex >= a->own_vertices[0] && vertex < a->own_vertices[1])
+        qni_shared_add(&a->totals->tally[vertex % QNI_GPU_STRIPES][kind], 1);
+}
+
 QN_HD_APART void qni_gpu_mend_normal(const qni_gpu_args *a, const double d[8],
                                      const double local[3], uint32_t vertex, float normal[3]) {
     qni_mend_normal(d, local, &a->frame, normal);
-    qni_shared_add(&a->totals->tally[vertex % QNI_GPU_STRIPES][QNI_GPU_NO_GRADIENT], 1);
+    qni_gpu_tally(a, vertex, QNI_GPU_NO_GRADIENT);
 }
 
 QN_HD_INLINE void qni_gpu_load_corners(const double *corner, double d[8]) {
@@ -67,7 +72,7 @@ QN_HD_INLINE void qni_gpu_store_vertex(const qni_gpu_args *a, const double *corn
     QNI_PLACE(QNI_GPU_S, cell[0], cell[1], cell[2], local[0], local[1], local[2], &a->frame,
               placed);
 #undef QNI_GPU_S
-    const size_t at = 3 * (size_t)(vertex - a->first_vertex);
+    const size_t at = 3 * (size_t)vertex;
     a->positions[at] = placed.px;
     a->positions[at + 1] = placed.py;
     a->positions[at + 2] = placed.pz;
@@ -89,11 +94,10 @@ QN_HD_APART void qni_gpu_find_point(const qni_gpu_args *a, const double d[8], in
                                     int polygon, uint32_t vertex, double local[3]) {
     const qni_point point =
         qni_point_of_polygon(d, qni_entry_edges(entry, polygon), qni_entry_next_code(entry));
-    uint64_t *tally = a->totals->tally[vertex % QNI_GPU_STRIPES];
     const int kind = point.kind == QNI_POINT_SLICE        ? QNI_GPU_BY_SLICE
                      : point.kind == QNI_POINT_DEGENERATE ? QNI_GPU_DEGENERATE
                                                           : QNI_GPU_BY_FALLBACK;
-    qni_shared_add(tally + kind, 1);
+    qni_gpu_tally(a, vertex, kind);
     for (int axis = 0; axis < 3; ++axis)
         local[axis] = point.p[axis];
 }
@@ -106,7 +110,7 @@ QN_HD_INLINE void qni_gpu_emit_cell(const qni_gpu_args *a, const qni_gpu_emit_sh
     const double cell[3] = {(double)((int64_t)8 * leaf[0] + x), (double)((int64_t)8 * leaf[1] + y),
                             (double)((int64_t)8 * leaf[2] + z)};
     int entry, polygons = 1, on_axis = 0;
-    uint32_t vertex = a->vertex_offset + qni_gpu_place(a, QNI_GPU_VERTICES, slot) + (uint32_t)n;
+    uint32_t vertex = qni_gpu_place(a, QNI_GPU_VERTICES, slot) + (uint32_t)n;
     vertex += qni_gpu_extra_before(a, slot, index, &entry);
     double d[8], local[3];
     qni_gpu_load_corners(corner, d);
@@ -151,7 +155,7 @@ QN_HD_INLINE void qni_gpu_emit_quad(const qni_gpu_args *a, const int32_t point[3
     /* Values fall along the axis where the edge starts above: then the outside of an inside above
      * lies ahead. */
     const int forward = above != a->reverse;
-    uint32_t *out = a->quads + 4 * (size_t)(quad - a->first_quad);
+    uint32_t *out = a->quads + 4 * (size_t)quad;
     out[0] = corner[0];
     out[1] = forward ? corner[1] : corner[3];
     out[2] = corner[2];
@@ -160,7 +164,7 @@ QN_HD_INLINE void qni_gpu_emit_quad(const qni_gpu_args *a, const int32_t point[3
 
 QN_HD_INLINE void qni_gpu_emit_quads(const qni_gpu_args *a, const qni_gpu_emit_shared *s,
                                      int64_t slot, const int32_t leaf[3], int thread) {
-    const uint32_t first = a->quad_offset + qni_gpu_place(a, QNI_GPU_QUADS, slot);
+    const uint32_t first = qni_gpu_place(a, QNI_GPU_QUADS, slot);
     QN_ROLLED
     for (int n = thread; n < 3 * QNI_LEAF_CELLS; n += QNI_EMIT_THREADS) {
         const int axis = n / QNI_LEAF_CELLS, cell = n % QNI_LEAF_CELLS;
@@ -170,6 +174,8 @@ QN_HD_INLINE void qni_gpu_emit_quads(const qni_gpu_args *a, const qni_gpu_emit_s
             continue;
         const int32_t point[3] = {8 * leaf[0] + (bit & 7), 8 * leaf[1] + (bit >> 3),
                                   8 * leaf[2] + z};
+        if (!qni_gpu_slab_has_ring(a, point, axis))
+            continue;
         qni_gpu_emit_quad(a, point, axis, (int)(s->masks.corner[0][z] >> bit & 1),
                           first + s->quads_before[axis][z] + (uint32_t)qni_bits_below(mask, bit));
     }

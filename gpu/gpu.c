@@ -47,8 +47,8 @@ qn_status qni_gpu_surface(qn_context *context, const qn_volume *volume, double i
         return leave_to_cpu(report, "a small volume");
     qn_status status = qni_cuda_open(NULL, &device, &own);
     if (status == QN_OK) {
-        status = qni_gpu_host_surface(context, device, volume, isovalue, options, mesh_out, report,
-                                      &own);
+        status = qni_gpu_host_surface(context, device, volume, isovalue, options, 0, mesh_out,
+                                      report, &own);
         qni_cuda_close(device);
     }
     *done_out = status == QN_OK;

@@ -3,6 +3,7 @@
  * the processor does to what came down. */
 #include "gpu/host.h"
 #include "gpu/driver.h"
+#include "gpu/slabs.h"
 #include "dmc/dmc.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -32,22 +33,6 @@ const char *qni_gpu_cannot(const qn_volume *volume, const qn_surface_options *op
     return NULL;
 }
 
-/* ---- up -------------------------------------------------------------------------------------- */
-
-static qn_status upload(qni_gpu_pool *pool, const qn_grid *grid, void **samples, qn_error *error) {
-    qni_device *device = pool->device;
-    const int64_t row = grid->size[0] * (int64_t)qn_scalar_size(grid->scalar),
-                  plane = row * grid->size[1];
-    QN_TRY(qni_gpu_reserve(pool, QNI_GPU_BUFFER_SAMPLES, plane * grid->size[2], samples, error));
-    if (grid->stride[1] == row && grid->stride[2] == plane)
-        return device->upload(device, *samples, grid->samples, plane * grid->size[2], error);
-    for (int64_t k = 0; k < grid->size[2]; ++k)
-        QN_TRY(device->upload_rows(device, (char *)*samples + k * plane,
-                                   (const char *)grid->samples + k * grid->stride[2], row,
-                                   grid->stride[1], grid->size[1], error));
-    return QN_OK;
-}
-
 /* ---- down ------------------------------------------------------------------------------------ */
 
 static qn_status download(qni_gpu_job *job, void *to, const void *from, int64_t bytes,
@@ -70,41 +55,37 @@ static qn_status fill_mesh(qni_gpu_job *job, qn_mesh *mesh, qn_error *error) {
     return job->pool->device->finish(job->pool->device, error);
 }
 
-static qn_status make_mesh(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
-                           qn_mesh **mesh_out, qn_error *error) {
+qn_status qni_gpu_alloc_mesh(qn_context *context, const qni_gpu_job *job, const qn_grid *grid,
+                             qn_mesh **mesh_out, qn_error *error) {
     qn_mesh *mesh;
     QN_TRY(qni_mesh_alloc(context, job->vertex_count, job->quad_count, 0, job->with_normals, &mesh,
                           error));
     memcpy(mesh->space, grid->space, sizeof mesh->space);
     memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
-    qn_status status = job->with_halfedges ? qni_mesh_alloc_halfedges(context, mesh, error) : QN_OK;
+    const qn_status status =
+        job->with_halfedges ? qni_mesh_alloc_halfedges(context, mesh, error) : QN_OK;
     if (status == QN_OK)
-        status = fill_mesh(job, mesh, error);
-    if (status != QN_OK) {
+        *mesh_out = mesh;
+    else
         qn_mesh_destroy(mesh);
-        return status;
-    }
-    *mesh_out = mesh;
-    return QN_OK;
+    return status;
+}
+
+static qn_status make_mesh(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
+                           qn_mesh **mesh_out, qn_error *error) {
+    QN_TRY(qni_gpu_alloc_mesh(context, job, grid, mesh_out, error));
+    return fill_mesh(job, *mesh_out, error);
 }
 
 /* ---- all of it ------------------------------------------------------------------------------- */
 
-static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *volume,
-                     double isovalue, const qn_surface_options *options, qni_gpu_job *job,
-                     qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
-    const qn_grid *grid = qn_volume_grid(volume);
+/* The whole volume at once. */
+static qn_status run_whole(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
+                           qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
     const double start = qni_seconds();
-    qni_field field;
     void *samples;
-    QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open,
-                          &field, error));
-    QN_TRY(upload(pool, grid, &samples, error));
-    qni_gpu_job_init(job, pool, &field, samples, grid->size[0], grid->size[0] * grid->size[1]);
-    job->with_normals = !options->skip_normals;
-    job->with_halfedges =
-        (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
-    job->with_repair = !options->keep_doubled;
+    QN_TRY(qni_gpu_upload_planes(job->pool, grid, 0, grid->size[2], &samples, error));
+    job->args.field.samples = samples;
     if (qni_progress(context, "classify", 0))
         return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
     QN_TRY(qni_gpu_count_surface(job, error));
@@ -115,21 +96,56 @@ static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *v
     QN_TRY(qni_gpu_finish_surface(job, error));
     QN_TRY(make_mesh(context, job, grid, mesh_out, error));
     qni_gpu_fill_report(job, report);
+    report->device_slabs = 1;
     report->seconds_classify = counted - start;
     report->seconds_emit = qni_seconds() - counted;
     return QN_OK;
 }
 
+static void init_job(qni_gpu_job *job, qni_gpu_pool *pool, const qni_field *field,
+                     const qn_surface_options *options) {
+    const int64_t *size = field->grid->size;
+    qni_gpu_job_init(job, pool, field, NULL, size[0], size[0] * size[1]);
+    job->with_normals = !options->skip_normals;
+    job->with_halfedges =
+        (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
+    job->with_repair = !options->keep_doubled;
+}
+
+/* Whole where there is room for it, else in slabs: as many layers as fit, or `slab_layers`. */
+static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *volume,
+                     double isovalue, const qn_surface_options *options, int32_t slab_layers,
+                     qni_gpu_job *job, qn_mesh **mesh_out, qn_surface_report *report,
+                     qn_error *error) {
+    const qn_grid *grid = qn_volume_grid(volume);
+    qni_field field;
+    QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open,
+                          &field, error));
+    init_job(job, pool, &field, options);
+    const int32_t layers = (int32_t)field.leaves[2];
+    int32_t most_layers = slab_layers ? slab_layers : layers;
+    if (!slab_layers && qni_gpu_bytes_to_count(job) <= qni_gpu_budget(pool->device)) {
+        const qn_status status = run_whole(context, job, grid, mesh_out, report, error);
+        if (status == QN_OK || !pool->is_full || layers < 2)
+            return status;
+        qni_gpu_pool_free(pool);
+        init_job(job, pool, &field, options);
+        most_layers = layers / 2;
+    }
+    return qni_gpu_surface_in_slabs(context, job, most_layers, mesh_out, report, error);
+}
+
 qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn_volume *volume,
                                double isovalue, const qn_surface_options *options,
-                               qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
+                               int32_t slab_layers, qn_mesh **mesh_out, qn_surface_report *report,
+                               qn_error *error) {
     const double start = qni_seconds();
     qni_gpu_pool pool = {.device = device};
     qni_gpu_job job;
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
     qn_status status =
-        run(context, &pool, volume, isovalue, options, &job, mesh_out, report, error);
+        run(context, &pool, volume, isovalue, options, slab_layers, &job, mesh_out, report, error);
     qni_gpu_pool_free(&pool);
     if (status == QN_OK) {
         qni_dmc dmc = {.context = context,

@@ -10,8 +10,10 @@
 /* NULL when the device can do what is asked, else why not. */
 const char *qni_gpu_cannot(const qn_volume *volume, const qn_surface_options *options);
 
+/* `slab_layers`: layers of leaves in a slab at most; 0: the whole volume, or what memory allows. */
 qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn_volume *volume,
                                double isovalue, const qn_surface_options *options,
-                               qn_mesh **mesh_out, qn_surface_report *report, qn_error *error);
+                               int32_t slab_layers, qn_mesh **mesh_out, qn_surface_report *report,
+                               qn_error *error);
 
 #endif

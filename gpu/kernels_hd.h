@@ -11,6 +11,7 @@
 #include "gpu/repair_hd.h"
 #include "gpu/scan_hd.h"
 #include "gpu/signs_hd.h"
+#include "gpu/slab_hd.h"
 
 #define QNI_GPU_KERNEL_MAP(X)                                                                      \
     X(measure)                                                                                     \
@@ -29,7 +30,11 @@
     X(note_splits)                                                                                 \
     X(place_faces)                                                                                 \
     X(split_quads)                                                                                 \
-    X(link_splits)
+    X(link_splits)                                                                                 \
+    X(note_own)                                                                                    \
+    X(note_own_splits)                                                                             \
+    X(renumber_quads)                                                                              \
+    X(renumber_halfedges)
 
 /* `signs` stands apart: there the 32 threads of a warp make one word together. */
 typedef enum qni_gpu_kernel {

@@ -40,13 +40,6 @@ QN_HD_INLINE uint32_t qni_gpu_halfedge_on(const qni_gpu_link_cell *c, int edge, 
     return 4 * c->quad[edge] + (uint32_t)side;
 }
 
-/* Of the mesh arrays at hand, which in a slab hold its own quads only. */
-QN_HD_INLINE void qni_gpu_set_twin(const qni_gpu_args *a, uint32_t halfedge, uint32_t twin) {
-    const uint32_t quad = halfedge / 4 - a->first_quad;
-    if (quad < a->own_quads)
-        a->twins[4 * (size_t)quad + (halfedge & 3)] = twin;
-}
-
 QN_HD_INLINE void qni_gpu_pair(const qni_gpu_args *a, const qni_gpu_link_cell *c, int face,
                                int edge_a, int edge_b) {
     const int has_a = c->quad[edge_a] != QNI_GPU_NO_HALFEDGE,
@@ -54,9 +47,9 @@ QN_HD_INLINE void qni_gpu_pair(const qni_gpu_args *a, const qni_gpu_link_cell *c
     const uint32_t half_a = has_a ? qni_gpu_halfedge_on(c, edge_a, face) : QNI_GPU_NO_HALFEDGE;
     const uint32_t half_b = has_b ? qni_gpu_halfedge_on(c, edge_b, face) : QNI_GPU_NO_HALFEDGE;
     if (has_a)
-        qni_gpu_set_twin(a, half_a, half_b);
+        a->twins[half_a] = half_b;
     if (has_b)
-        qni_gpu_set_twin(a, half_b, half_a);
+        a->twins[half_b] = half_a;
 }
 
 QN_HD_APART int qni_gpu_first_cut(const qni_gpu_args *a, const int32_t cell[3], int face) {
@@ -123,7 +116,7 @@ QN_HD_APART int qni_gpu_resolved_entry(const qni_gpu_args *a, const int32_t cell
 QN_HD_INLINE void qni_gpu_link_vertices(const qni_gpu_args *a, const qni_gpu_link_cell *c,
                                         int64_t slot, int index, int n) {
     int entry;
-    uint32_t vertex = a->vertex_offset + qni_gpu_place(a, QNI_GPU_VERTICES, slot) + (uint32_t)n;
+    uint32_t vertex = qni_gpu_place(a, QNI_GPU_VERTICES, slot) + (uint32_t)n;
     vertex += qni_gpu_extra_before(a, slot, index, &entry);
     if (entry == QNI_GPU_NO_ENTRY)
         entry = qni_case_ambiguous_faces(c->case_index) == 0
@@ -131,7 +124,7 @@ QN_HD_INLINE void qni_gpu_link_vertices(const qni_gpu_args *a, const qni_gpu_lin
                     : qni_gpu_resolved_entry(a, c->at, c->case_index);
     QN_ROLLED
     for (int polygon = 0; polygon < qni_entry_polygons(entry); ++polygon, ++vertex)
-        a->vertex_halfedges[vertex - a->first_vertex] =
+        a->vertex_halfedges[vertex] =
             qni_gpu_halfedge_of(c, qni_entry_edges(entry, polygon), qni_entry_next_code(entry));
 }
 

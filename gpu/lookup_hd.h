@@ -53,24 +53,31 @@ QN_HD_INLINE uint32_t qni_gpu_vertex_of(const qni_gpu_args *a, const int32_t cel
     const int bit = (cell[0] & 7) + 8 * (cell[1] & 7), z = cell[2] & 7;
     const qni_gpu_leaf *leaf = a->leaves + slot;
     int entry;
-    uint32_t vertex = a->vertex_offset + qni_gpu_place(a, QNI_GPU_VERTICES, slot) +
-                      leaf->before[z] + (uint32_t)qni_bits_below(leaf->active[z], bit);
+    uint32_t vertex = qni_gpu_place(a, QNI_GPU_VERTICES, slot) + leaf->before[z] +
+                      (uint32_t)qni_bits_below(leaf->active[z], bit);
     vertex += qni_gpu_extra_before(a, slot, bit + 64 * z, &entry);
     if (entry != QNI_GPU_NO_ENTRY)
         vertex += (uint32_t)qni_entry_polygon_of_edge(entry, edge);
     return vertex;
 }
 
-/* The quad of a crossed lattice edge, or QNI_GPU_NO_HALFEDGE where it has none. */
+/* The four cells round a lattice edge are in the slab. */
+QN_HD_INLINE int qni_gpu_slab_has_ring(const qni_gpu_args *a, const int32_t point[3], int axis) {
+    const int32_t lowest = point[2] - (axis != 2), first = a->field.first_layer;
+    return lowest < 0 || ((lowest >> 3) >= first && (point[2] >> 3) < first + a->field.layers);
+}
+
+/* The quad of a crossed lattice edge, or QNI_GPU_NO_HALFEDGE where it has none, or one that the
+ * slab does not know: eight cells and more away from what is the slab's own. */
 QN_HD_INLINE uint32_t qni_gpu_quad_of(const qni_gpu_args *a, const int32_t point[3], int axis) {
     const int64_t cells[3] = {a->field.points[0] - 1, a->field.points[1] - 1,
                               a->field.points[2] - 1};
-    if (!qni_lattice_edge_is_inner(cells, point, axis))
+    if (!qni_lattice_edge_is_inner(cells, point, axis) || !qni_gpu_slab_has_ring(a, point, axis))
         return QNI_GPU_NO_HALFEDGE;
     const uint32_t slot = qni_gpu_slot_of(a, point);
     const int bit = (point[0] & 7) + 8 * (point[1] & 7), z = point[2] & 7;
     const qni_gpu_quads *quads = a->leaf_quads + slot;
-    return a->quad_offset + qni_gpu_place(a, QNI_GPU_QUADS, slot) + quads->before[axis][z] +
+    return qni_gpu_place(a, QNI_GPU_QUADS, slot) + quads->before[axis][z] +
            (uint32_t)qni_bits_below(quads->mask[axis][z], bit);
 }
 

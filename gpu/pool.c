@@ -12,6 +12,7 @@ qn_status qni_gpu_reserve(qni_gpu_pool *pool, qni_gpu_buffer buffer, int64_t byt
         pool->bytes[buffer] = 0;
         const qn_status status =
             pool->device->alloc(pool->device, bytes, &pool->memory[buffer], error);
+        pool->is_full = status == QN_ERROR_OUT_OF_MEMORY;
         if (status != QN_OK)
             return status;
         pool->bytes[buffer] = bytes;

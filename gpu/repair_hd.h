@@ -103,7 +103,8 @@ QN_HD_INLINE void qni_gpu_note_split(const qni_gpu_args *a, int64_t n) {
     int quads = 2;
     for (int k = 0; k < 4; ++k) {
         quads += split->points[k] != QNI_GPU_NO_POINTS;
-        split->corners[k] = a->quads[4 * (size_t)split->quad + (size_t)k];
+        if (a->quads)
+            split->corners[k] = a->quads[4 * (size_t)split->quad + (size_t)k];
         if (a->twins)
             split->twins[k] = a->twins[4 * (size_t)split->quad + (size_t)k];
     }
@@ -181,7 +182,7 @@ QN_HD_INLINE void qni_gpu_place_face(const qni_gpu_args *a, int64_t i) {
                                    a->plain_vertices + (uint32_t)(4 * i + 2 * segment + side));
         }
     }
-    if (left)
+    if (left && i >= a->own_doubled[0] && i < a->own_doubled[1])
         qni_shared_add(&a->totals->left_on_face, (uint64_t)left);
 }
 QNI_GPU_THINGS(place_faces, a->doubled_count, qni_gpu_place_face)

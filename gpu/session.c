@@ -70,6 +70,7 @@ qn_status qni_gpu_resident_surface(qn_context *context, qni_gpu_pool *pool, cons
             memset(report, 0, sizeof *report);
             qni_gpu_fill_report(&job, report);
             report->device = QN_DEVICE_CUDA;
+            report->device_slabs = 1;
             report->seconds_total = qni_seconds() - start;
         }
     }

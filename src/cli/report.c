@@ -133,6 +133,7 @@ json_t *report_surface(const qn_surface_report *s) {
                         json_string(s->device == QN_DEVICE_CUDA ? "cuda" : "cpu"));
     json_object_set_new(object, "device_note",
                         s->device_note[0] ? json_string(s->device_note) : json_null());
+    json_object_set_new(object, "device_slabs", json_integer(s->device_slabs));
     return object;
 }
 

@@ -98,6 +98,8 @@ typedef struct qn_surface_report {
                                    of quads; not with options->keep_doubled */
     qn_device device;           /* where the work was done: QN_DEVICE_CPU or QN_DEVICE_CUDA */
     char device_note[120];      /* why QN_DEVICE_AUTO took the processor, or empty */
+    int32_t device_slabs; /* parts in which the volume went through a GPU: 1 where its memory held
+                             all; 0 on the processor */
 } qn_surface_report;
 
 /* Extract the surfaces { p : volume(p) = iso } of the trilinear interpolant as consistently

@@ -5,127 +5,10 @@
 #include "gpu/host.h"
 #include "gpu/session.h"
 #include "lib/analytic.h"
-#include "lib/random_volume.h"
+#include "parity/cases.h"
 #include "parity/cpu_device.h"
 
 #include <math.h>
-
-/* ---- volumes of every type ------------------------------------------------------------------- */
-
-static const qn_scalar scalars[] = {QN_F32, QN_U8, QN_U16, QN_I16, QN_F64, QN_I8, QN_U32, QN_I32};
-
-static double range_of(qn_scalar scalar, bool high) {
-    switch (scalar) {
-    case QN_U8:
-        return high ? UINT8_MAX : 0;
-    case QN_I8:
-        return high ? INT8_MAX : INT8_MIN;
-    case QN_U16:
-        return high ? UINT16_MAX : 0;
-    case QN_I16:
-        return high ? INT16_MAX : INT16_MIN;
-    case QN_U32:
-        return high ? UINT32_MAX : 0;
-    default:
-        return high ? INT32_MAX : INT32_MIN;
-    }
-}
-
-typedef struct sampled {
-    qn_grid grid;
-    void *samples;
-    double iso;
-} sampled;
-
-/* The field's samples in another type: integers on a scale of their own, clamped. */
-static sampled sample(const test_field *field, qn_scalar scalar, test_random *random) {
-    sampled s = {.iso = field->iso};
-    const int64_t count = field->size[0] * field->size[1] * field->size[2];
-    const bool whole = scalar != QN_F32 && scalar != QN_F64;
-    const double middle = whole ? floor((range_of(scalar, false) + range_of(scalar, true)) / 2) : 0;
-    const double scale = whole ? (double)test_random_range(random, 1, 40) : 1;
-    s.samples = test_alloc((size_t)count, qn_scalar_size(scalar));
-    for (int64_t n = 0; n < count; ++n) {
-        double value = field->values[n];
-        if (whole) {
-            value = round((value - field->iso) * scale + middle);
-            value = isnan(value) ? middle : value;
-            value = fmin(fmax(value, range_of(scalar, false)), range_of(scalar, true));
-        }
-        switch (scalar) {
-#define STORE(name, type, text)                                                                    \
-    case QN_##name:                                                                                \
-        ((type *)s.samples)[n] = (type)value;                                                      \
-        break;
-            QN_SCALAR_MAP(STORE)
-#undef STORE
-        case QN_SCALAR_COUNT:
-            break;
-        }
-    }
-    if (whole)
-        s.iso = middle + (test_random_range(random, 0, 1) ? 0.5 : 0.0);
-    for (int64_t n = 0; !whole && n < count && random->state % 5 == 0; n += 1 + n / 2) {
-        const double odd[3] = {NAN, INFINITY, -INFINITY};
-        const double value = odd[test_random_range(random, 0, 2)];
-        if (scalar == QN_F32)
-            ((float *)s.samples)[n] = (float)value;
-        else
-            ((double *)s.samples)[n] = value;
-    }
-    if (random->state % 3 == 0) { /* twice the value, or its negative */
-        s.grid.slope = random->state % 2 ? 2 : -1;
-        s.grid.intercept = 0.125;
-        s.iso = s.grid.slope * s.iso + s.grid.intercept;
-    }
-    s.grid.samples = s.samples;
-    s.grid.scalar = scalar;
-    memcpy(s.grid.size, field->size, sizeof s.grid.size);
-    memcpy(s.grid.index_to_world, field->matrix, sizeof s.grid.index_to_world);
-    return s;
-}
-
-/* ---- both ways ------------------------------------------------------------------------------- */
-
-static void expect_equal(const char *name, const char *what, const void *found,
-                         const void *expected, int64_t count, size_t size) {
-    for (int64_t n = 0; n < count; ++n)
-        if (memcmp((const char *)found + n * (int64_t)size,
-                   (const char *)expected + n * (int64_t)size, size) != 0) {
-            const uint32_t *f = (const void *)((const char *)found + n * (int64_t)size);
-            const uint32_t *e = (const void *)((const char *)expected + n * (int64_t)size);
-            fail_msg("%s: %s %lld of %lld is other than on the CPU: %08x %08x, not %08x %08x", name,
-                     what, (long long)n, (long long)count, f[0], f[size > 4], e[0], e[size > 4]);
-        }
-}
-
-static void expect_number(const char *name, const char *what, int64_t found, int64_t expected) {
-    if (found != expected)
-        fail_msg("%s: %s %lld, on the CPU %lld", name, what, (long long)found, (long long)expected);
-}
-
-static void expect_report(const char *name, const qn_surface_report *found,
-                          const qn_surface_report *expected) {
-#define EXPECT(field) expect_number(name, #field, found->field, expected->field)
-    EXPECT(cells);
-    EXPECT(active_leaves);
-    EXPECT(active_cells);
-    EXPECT(ambiguous_faces);
-    EXPECT(multiple_cells);
-    EXPECT(tied_faces);
-    EXPECT(vertices);
-    EXPECT(quads);
-    EXPECT(doubled_edges);
-    EXPECT(repaired_edges);
-    EXPECT(slice_points);
-    EXPECT(degenerate_points);
-    EXPECT(fallback_points);
-    EXPECT(zero_gradients);
-    EXPECT(nan_samples);
-    EXPECT(infinite_samples);
-    EXPECT(output_bytes);
-#undef EXPECT
-}
 
 /* What all volumes together had: a test on nothing would pass. */
 static struct { int64_t vertices, quads, halfedges, doubled, nonfinite; } met;
@@ -133,30 +16,21 @@ static struct { int64_t vertices, quads, halfedges, doubled, nonfinite; } met;
 static void expect_mesh(const char *name, const qni_gpu_job *job, const qn_mesh *mesh) {
     const qn_mesh_view view = qn_mesh_get_view(mesh);
     const qni_gpu_args *a = &job->args;
-    expect_number(name, "vertices", job->vertex_count, view.vertex_count);
-    expect_number(name, "quads", job->quad_count, view.quad_count);
-    expect_equal(name, "position", a->positions, view.positions, view.vertex_count, 12);
+    test_expect_number(name, "vertices", job->vertex_count, view.vertex_count);
+    test_expect_number(name, "quads", job->quad_count, view.quad_count);
+    test_expect_equal(name, "position", a->positions, view.positions, view.vertex_count, 12);
     if (view.normals)
-        expect_equal(name, "normal", a->normals, view.normals, view.vertex_count, 12);
-    expect_equal(name, "quad", a->quads, view.quads, view.quad_count, 16);
+        test_expect_equal(name, "normal", a->normals, view.normals, view.vertex_count, 12);
+    test_expect_equal(name, "quad", a->quads, view.quads, view.quad_count, 16);
     const qn_halfedges halves = qn_mesh_get_halfedges(mesh);
-    expect_equal(name, "twin", a->twins, halves.twin, halves.count, 4);
+    test_expect_equal(name, "twin", a->twins, halves.twin, halves.count, 4);
     if (halves.count > 0)
-        expect_equal(name, "halfedge of vertex", a->vertex_halfedges, halves.vertex_halfedge,
-                     view.vertex_count, 4);
+        test_expect_equal(name, "halfedge of vertex", a->vertex_halfedges, halves.vertex_halfedge,
+                          view.vertex_count, 4);
     met.halfedges += halves.count;
 }
 
-static qn_mesh *cpu_surface(qn_context *context, const qn_volume *volume,
-                            const qn_surface_options *options, qn_surface_report *report) {
-    qn_mesh *mesh;
-    qn_error error;
-    if (qn_surface(context, volume, options, &mesh, report, &error) != QN_OK)
-        fail_msg("%s", error.message);
-    return mesh;
-}
-
-static void compare(const char *name, const sampled *s, const qn_surface_options *options,
+static void compare(const char *name, const test_sampled *s, const qn_surface_options *options,
                     uint64_t shuffle) {
     qn_context *context = test_context(1);
     qn_volume *volume;
@@ -165,7 +39,7 @@ static void compare(const char *name, const sampled *s, const qn_surface_options
     qni_field field;
     memset(&found, 0, sizeof found);
     assert_int_equal(qn_volume_create(context, &s->grid, NULL, NULL, &volume, &error), QN_OK);
-    qn_mesh *mesh = cpu_surface(context, volume, options, &expected);
+    qn_mesh *mesh = test_cpu_surface(context, volume, options, &expected);
     assert_int_equal(qni_field_init(volume, s->iso, options->inside == QN_INSIDE_BELOW,
                                     options->open, &field, &error),
                      QN_OK);
@@ -184,7 +58,7 @@ static void compare(const char *name, const sampled *s, const qn_surface_options
         fail_msg("%s: %s", name, error.message);
     qni_gpu_fill_report(&job, &found);
     if (field.leaves[0] * field.leaves[1] * field.leaves[2] > 0)
-        expect_report(name, &found, &expected);
+        test_expect_report(name, &found, &expected);
     expect_mesh(name, &job, mesh);
     met.vertices += job.vertex_count;
     met.quads += job.quad_count;
@@ -204,8 +78,8 @@ static void bytes_are_those_of_the_cpu(void **state) {
     for (int64_t i = 0; i < count; ++i) {
         test_random random = {seed + (uint64_t)i};
         test_field field = test_random_field(&random, (test_kind)(i % TEST_KIND_COUNT), 28);
-        const qn_scalar scalar = scalars[i / TEST_KIND_COUNT % 8];
-        sampled s = sample(&field, scalar, &random);
+        const qn_scalar scalar = test_scalars[i / TEST_KIND_COUNT % 8];
+        test_sampled s = test_sample(&field, scalar, &random);
         qn_surface_options options = test_field_options(&field);
         options.device = QN_DEVICE_CPU;
         char name[128];
@@ -228,16 +102,6 @@ static void bytes_are_those_of_the_cpu(void **state) {
 }
 
 /* ---- volumes in the processor's memory ------------------------------------------------------- */
-
-/* All that a mesh holds, halfedges too. */
-static uint64_t hash_all(const qn_mesh *mesh) {
-    const qn_halfedges halves = qn_mesh_get_halfedges(mesh);
-    uint64_t hash = test_hash_mesh(mesh);
-    if (halves.count == 0)
-        return hash;
-    hash = test_hash(hash, halves.twin, (size_t)halves.count * 4);
-    return test_hash(hash, halves.vertex_halfedge, (size_t)qn_mesh_get_view(mesh).vertex_count * 4);
-}
 
 /* A volume of gen2 with noise, whose rows and planes lie apart. */
 typedef struct padded {
@@ -279,16 +143,16 @@ static void improved_meshes_are_those_of_the_cpu(void **state) {
         options.relax = i & 2;
         options.halfedges = i == 3;
         options.device = QN_DEVICE_CPU;
-        mesh[0] = cpu_surface(context, volume, &options, report);
+        mesh[0] = test_cpu_surface(context, volume, &options, report);
         test_cpu_device cpu;
         test_cpu_device_init(&cpu, (uint64_t)i);
         options.device = QN_DEVICE_CUDA;
         assert_null(qni_gpu_cannot(volume, &options));
-        if (qni_gpu_host_surface(context, &cpu.device, volume, 0, &options, mesh + 1, report + 1,
+        if (qni_gpu_host_surface(context, &cpu.device, volume, 0, &options, 0, mesh + 1, report + 1,
                                  &error) != QN_OK)
             fail_msg("%s", error.message);
-        assert_true(hash_all(mesh[0]) == hash_all(mesh[1]));
-        expect_report("improved", report + 1, report);
+        assert_true(test_hash_all(mesh[0]) == test_hash_all(mesh[1]));
+        test_expect_report("improved", report + 1, report);
         assert_int_equal(report[0].device, QN_DEVICE_CPU);
         assert_int_equal(report[1].device, QN_DEVICE_CUDA);
         options.simplify = true;
@@ -322,8 +186,8 @@ static void little_device_memory_is_an_error(void **state) {
     for (int tries = 0; !mesh; ++tries) {
         test_cpu_device_init(&cpu, 1);
         cpu.limit = limit;
-        const qn_status status =
-            qni_gpu_host_surface(context, &cpu.device, volume, 0, &options, &mesh, &report, &error);
+        const qn_status status = qni_gpu_host_surface(context, &cpu.device, volume, 0, &options, 0,
+                                                      &mesh, &report, &error);
         assert_int_equal(status, mesh ? QN_OK : QN_ERROR_OUT_OF_MEMORY);
         assert_int_equal(cpu.bytes, 0);
         assert_true(tries < 1000);
@@ -357,16 +221,16 @@ static void resident_meshes_are_those_of_the_cpu(void **state) {
         options.isovalue_count = 1;
         options.halfedges = i != 1;
         options.device = QN_DEVICE_CPU;
-        qn_mesh *mesh = cpu_surface(context, volume, &options, report);
+        qn_mesh *mesh = test_cpu_surface(context, volume, &options, report);
         const qn_mesh_view view = qn_mesh_get_view(mesh);
         if (qni_gpu_resident_surface(context, &pool, &p.grid, iso, &options, &found, report + 1,
                                      &error) != QN_OK)
             fail_msg("%s", error.message);
-        expect_number("resident", "vertices", found.vertex_count, view.vertex_count);
-        expect_equal("resident", "normal", found.normals, view.normals, view.vertex_count, 12);
-        expect_equal("resident", "quad", found.quads, view.quads, view.quad_count, 16);
+        test_expect_number("resident", "vertices", found.vertex_count, view.vertex_count);
+        test_expect_equal("resident", "normal", found.normals, view.normals, view.vertex_count, 12);
+        test_expect_equal("resident", "quad", found.quads, view.quads, view.quad_count, 16);
         assert_true((found.twin != NULL) == options.halfedges);
-        expect_report("resident", report + 1, report);
+        test_expect_report("resident", report + 1, report);
         assert_true(i == 0 || cpu.allocations == allocations);
         allocations = cpu.allocations;
         options.simplify = true;
@@ -403,8 +267,8 @@ static void scratch_is_small(void **state) {
         options.halfedges = true;
         test_cpu_device_init(&cpu, 3);
         assert_int_equal(qni_gpu_host_surface(context, &cpu.device, volume,
-                                              test_analytic_iso(QN_U16), &options, &mesh, &report,
-                                              &error),
+                                              test_analytic_iso(QN_U16), &options, 0, &mesh,
+                                              &report, &error),
                          QN_OK);
         const double voxels = (double)(size * size * size);
         const double share = (double)report.scratch_bytes / voxels;
