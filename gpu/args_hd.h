@@ -3,7 +3,7 @@
  * leaves, vertices and quads come from exclusive scans of integers, so they do not depend on the
  * order in which blocks run.
  *
- * A slab holds its own layers of leaves and some on either side (gpu/slabs.c). All in it is numbered
+ * A slab holds its own layers of leaves and some on either side (slabs.c). All in it is numbered
  * as if it were the whole volume; at the end its own part is renumbered. */
 #ifndef QNI_GPU_ARGS_HD_H
 #define QNI_GPU_ARGS_HD_H
