@@ -557,6 +557,14 @@ static bool lay_block(const sampled_solid *s, const qni_box *box, sample_block *
     return true;
 }
 
+/* What a block holds is there at once, fits that are known with it: a smaller one is no cheaper. */
+static bool holds_block(const sampled_solid *s, const sample_block *block) {
+    int32_t last[3];
+    for (int k = 0; k < 3; ++k)
+        last[k] = block->low[k] + block->size[k] - 1;
+    return in_block(s, block->low) && in_block(s, last);
+}
+
 static qn_status sampled_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out);
 
 static const qni_solid_ops sampled_ops = {
@@ -571,8 +579,7 @@ static const qni_solid_ops sampled_ops = {
 static qn_status sampled_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     const sampled_solid *s = as_sampled(solid);
     sample_block block = {.values = NULL};
-    if (!lay_block(s, box, &block) || (s->block.values && in_block(s, block.low) &&
-                                       block_samples(&s->block) <= 4 * block_samples(&block))) {
+    if (!lay_block(s, box, &block) || holds_block(s, &block)) {
         *solid_out = qni_solid_retain(solid);
         return QN_OK;
     }

@@ -130,16 +130,18 @@ static double misfit(const qni_sharp_fit *fit, double most) {
 static double drop_worst(qni_sharp_fit *fit) {
     double best = HUGE_VAL;
     int worst = 0;
-    for (int n = 0; n < fit->count; ++n) {
-        qni_sharp_fit without = *fit;
-        without.tangents[n] = without.tangents[--without.count];
-        const double error = misfit(&without, best);
+    const int last = --fit->count;
+    for (int n = 0; n <= last; ++n) {
+        const qni_sample_tangent left_out = fit->tangents[n];
+        fit->tangents[n] = fit->tangents[last];
+        const double error = misfit(fit, best);
+        fit->tangents[n] = left_out;
         if (error < best) {
             best = error;
             worst = n;
         }
     }
-    fit->tangents[worst] = fit->tangents[--fit->count];
+    fit->tangents[worst] = fit->tangents[last];
     return best;
 }
 
