@@ -67,6 +67,18 @@ qn_status qni_band_finish(qni_band *band, const char *space, const char *unit,
                           qn_volume **volume_out);
 /* Gives up all that was found; qni_band_run() may follow again. */
 void qni_band_clear(qni_band *band);
+/* What the public calls differ in: `make` fills the band. */
+typedef struct qni_band_maker {
+    const char *stage, *space, *unit;
+    const void *user;
+    qn_status (*make)(qni_band *band, const void *user, const qn_band_options *options,
+                      qn_band_report *report);
+} qni_band_maker;
+
+/* Options checked, the band made, the volume and the report out of it. */
+qn_status qni_band_make_volume(qn_context *context, const qni_band_maker *maker,
+                               const qn_band_options *options, qn_volume **volume_out,
+                               qn_band_report *report_out, qn_error *error);
 /* Room for one more tile. */
 qn_status qni_band_add_tile(qni_band *band, const int32_t origin[3], int32_t size);
 

@@ -342,31 +342,22 @@ static qn_status with_tree(qni_band *band, const qn_mesh *mesh, const qn_band_op
     return status;
 }
 
+static qn_status make(qni_band *band, const void *user, const qn_band_options *options,
+                      qn_band_report *report) {
+    const qn_mesh *mesh = user;
+    const double started = qni_seconds();
+    qni_nearest nearest;
+    QN_TRY(qni_nearest_create(band->work.context, mesh, "distances", &nearest, band->work.error));
+    report->seconds_tree = qni_seconds() - started;
+    const qn_status status = with_tree(band, mesh, options, &nearest, report);
+    qni_nearest_destroy(&nearest);
+    return status;
+}
+
 qn_status qn_volume_from_mesh(qn_context *context, const qn_mesh *mesh,
                               const qn_band_options *options, qn_volume **volume_out,
                               qn_band_report *report_out, qn_error *error) {
-    qn_band_options defaults;
-    qn_band_options_init(&defaults);
-    *volume_out = NULL;
-    QNI_CHECK_OPTIONS(options, "qn_band_options_init", error);
-    options = options ? options : &defaults;
-    QN_TRY(qni_band_check_options(options, error));
-    const double started = qni_seconds();
-    qn_band_report report;
-    memset(&report, 0, sizeof report);
-    qni_band band = {.work = {.context = context, .error = error, .stage = "distances"}};
-    qni_nearest nearest;
-    QN_TRY(qni_nearest_create(context, mesh, "distances", &nearest, error));
-    report.seconds_tree = qni_seconds() - started;
-    qn_status status = with_tree(&band, mesh, options, &nearest, &report);
-    qni_nearest_destroy(&nearest);
     const qn_mesh_view view = qn_mesh_get_view(mesh);
-    if (status == QN_OK)
-        status = qni_band_finish(&band, view.space, view.unit, volume_out);
-    qni_band_clear(&band);
-    QN_TRY(status);
-    report.seconds_total = qni_seconds() - started;
-    if (report_out)
-        *report_out = report;
-    return QN_OK;
+    const qni_band_maker maker = {"distances", view.space, view.unit, mesh, make};
+    return qni_band_make_volume(context, &maker, options, volume_out, report_out, error);
 }

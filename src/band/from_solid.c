@@ -121,8 +121,9 @@ static void set_background(qni_band *band) {
         band->tiles[n].value = -largest;
 }
 
-static qn_status make_band(qni_band *band, const qn_solid *solid, const qn_band_options *options,
+static qn_status make_band(qni_band *band, const void *user, const qn_band_options *options,
                            qn_band_report *report) {
+    const qn_solid *solid = user;
     qn_error *error = band->work.error;
     for (int i = 0; i < 3; ++i) {
         if (!(solid->box.low[i] < solid->box.high[i]))
@@ -152,23 +153,6 @@ static qn_status make_band(qni_band *band, const qn_solid *solid, const qn_band_
 qn_status qn_volume_from_solid(qn_context *context, const qn_solid *solid,
                                const qn_band_options *options, qn_volume **volume_out,
                                qn_band_report *report_out, qn_error *error) {
-    qn_band_options defaults;
-    qn_band_options_init(&defaults);
-    *volume_out = NULL;
-    QNI_CHECK_OPTIONS(options, "qn_band_options_init", error);
-    options = options ? options : &defaults;
-    QN_TRY(qni_band_check_options(options, error));
-    const double started = qni_seconds();
-    qn_band_report report;
-    memset(&report, 0, sizeof report);
-    qni_band band = {.work = {.context = context, .error = error, .stage = "samples"}};
-    qn_status status = make_band(&band, solid, options, &report);
-    if (status == QN_OK)
-        status = qni_band_finish(&band, "", "", volume_out);
-    qni_band_clear(&band);
-    QN_TRY(status);
-    report.seconds_total = qni_seconds() - started;
-    if (report_out)
-        *report_out = report;
-    return QN_OK;
+    const qni_band_maker maker = {"samples", "", "", solid, make_band};
+    return qni_band_make_volume(context, &maker, options, volume_out, report_out, error);
 }
