@@ -60,6 +60,9 @@ typedef struct flat_job {
     double tolerance;
     double facing[3];                     /* unit length */
     uint8_t sheets[MOST_FLAT];            /* bits: on which side of a crease that comes through */
+    bool curved;                          /* sheets that curve may be followed */
+    double crease_height;                 /* four times the sag of the crease that comes through */
+    int own[MOST_FLAT];                   /* of these planes, each vertex' own; -1: it has none */
     int planes[MOST_FLAT], plane_count;   /* vertices whose tangent planes differ */
     double heights[MOST_FLAT][MOST_FLAT]; /* of each vertex over each of these planes */
     double cost[MOST_FLAT][MOST_FLAT];
@@ -77,13 +80,38 @@ static bool same_plane(const qni_loop_vertex *a, const qni_loop_vertex *b) {
            a->owner == b->owner;
 }
 
+/* How far the crease that comes through leaves its chord: 0 without one; infinite where it is not
+ * known, or there are several. */
+static double crease_sag(const qni_patch *patch, const qni_loop *loop) {
+    const float *ends[2];
+    int count = 0;
+    if (loop->sharp_count == 0)
+        return 0;
+    if (loop->sharp_count != 2 || !loop->has_apex || loop->escaped)
+        return HUGE_VAL;
+    for (int32_t n = 0; n < loop->count && count < 2; ++n)
+        if (patch->vertices[loop->first + n].sharp)
+            ends[count++] = patch->vertices[loop->first + n].place;
+    double length2 = 0, along = 0, squares = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double way = (double)ends[1][k] - (double)ends[0][k],
+                     off = (double)loop->apex[k] - (double)ends[0][k];
+        length2 += way * way;
+        along += way * off;
+        squares += off * off;
+    }
+    return length2 > 0 ? sqrt(fmax(squares - along * along / length2, 0)) : HUGE_VAL;
+}
+
 static void measure_heights(flat_job *job) {
     job->plane_count = 0;
     for (int n = 0; n < job->count; ++n) {
-        bool known = !job->v[n].has_plane;
-        for (int m = 0; m < job->plane_count && !known; ++m)
-            known = same_plane(&job->v[job->planes[m]], &job->v[n]);
-        if (!known)
+        int m = 0;
+        while (job->v[n].has_plane && m < job->plane_count &&
+               !same_plane(&job->v[job->planes[m]], &job->v[n]))
+            ++m;
+        job->own[n] = job->v[n].has_plane ? m : -1;
+        if (job->v[n].has_plane && m == job->plane_count)
             job->planes[job->plane_count++] = n;
     }
     for (int m = 0; m < job->plane_count; ++m) {
@@ -131,6 +159,38 @@ static int plane_of(const flat_job *job, int i, int j, int k, const double norma
     return plane;
 }
 
+/* The height of one vertex over the tangent plane of the other, or of this one over that. Sharp
+ * features have no plane; two of them are the ends of a crease. */
+static double height_between(const flat_job *job, int a, int b) {
+    const int own_a = job->own[a], own_b = job->own[b];
+    if (own_a < 0 && own_b < 0)
+        return job->crease_height;
+    return fmax(own_a < 0 ? 0 : job->heights[own_a][b], own_b < 0 ? 0 : job->heights[own_b][a]);
+}
+
+/* How far a triangle is from a sheet that curves, and the plane of one of its vertices; -1 when it
+ * is too far or faces another way. Along an edge a quadratic surface leaves the chord by h / 4,
+ * where h is the height of one end over the tangent plane at the other, and within the triangle by
+ * the sum of l_i l_j h_ij over its edges, which is h / 3 at most. */
+static int curved_plane_of(const flat_job *job, const int corner[3], const double normal[3],
+                           double area, double *best_out) {
+    double most = 0;
+    int plane = -1;
+    for (int n = 0; n < 3; ++n) {
+        const int own = job->own[corner[n]];
+        most = fmax(most, height_between(job, corner[n], corner[(n + 1) % 3]));
+        if (own < 0)
+            continue;
+        const double *tangent = job->v[job->planes[own]].normal;
+        if (tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2] <
+            job->patch->settings->facing_cosine * area)
+            return -1;
+        plane = job->planes[own];
+    }
+    *best_out = most / 3;
+    return *best_out < job->tolerance ? plane : -1;
+}
+
 /* What a triangle costs; infinite when it will not do. */
 static double triangle_cost(const flat_job *job, int i, int j, int k, int *plane) {
     double a[3], b[3], normal[3];
@@ -146,7 +206,12 @@ static double triangle_cost(const flat_job *job, int i, int j, int k, int *plane
     const double along =
         normal[0] * job->facing[0] + normal[1] * job->facing[1] + normal[2] * job->facing[2];
     double height = 0;
-    *plane = job->force ? -1 : plane_of(job, i, j, k, normal, area, &height);
+    const int corner[3] = {i, j, k};
+    *plane = job->force    ? -1
+             : job->curved ? curved_plane_of(job, corner, normal, area, &height)
+                           : -1;
+    if (*plane < 0 && !job->force)
+        *plane = plane_of(job, i, j, k, normal, area, &height);
     if (job->force ? !(along > 0.2 * area) : *plane < 0)
         return HUGE_VAL;
     if (qni_collinear(job->v[i].place, job->v[j].place, job->v[k].place))
@@ -222,6 +287,8 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
     job.count = loop->count;
     job.tolerance = tolerance;
     job.force = force || !patch->settings->features;
+    job.crease_height = 4 * crease_sag(patch, loop);
+    job.curved = job.crease_height < HUGE_VAL;
     loop_normal(job.v, job.count, job.facing);
     const double length = sqrt(job.facing[0] * job.facing[0] + job.facing[1] * job.facing[1] +
                                job.facing[2] * job.facing[2]);
