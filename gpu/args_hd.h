@@ -98,7 +98,8 @@ typedef struct qni_gpu_args {
 
     uint32_t *signs; /* bit x of lattice line (y, z) from word ((z - z0) points_y + y) line_words */
     int64_t line_words;
-    int64_t sign_planes; /* lattice planes with signs, from 8 first_layer on */
+    uint16_t *leaf_signs; /* sparse: [key][line of 81] in its place */
+    int64_t sign_planes;  /* lattice planes with signs, from 8 first_layer on */
 
     int64_t measured_from,
         measured_planes; /* planes of samples to be searched for non-finite ones */

@@ -17,6 +17,7 @@
 enum {
     BLOCKS_measure = 4,
     BLOCKS_find_leaves = 4,
+    BLOCKS_sparse_signs = 8,
     BLOCKS_list_leaves = 4,
     BLOCKS_scan_sums = 4,
     BLOCKS_scan_tops = 1,

@@ -39,7 +39,9 @@ struct qni_device {
 /* Device memory that stays from call to call: a buffer grows when a call needs more. */
 typedef enum qni_gpu_buffer {
     QNI_GPU_BUFFER_SAMPLES,
+    QNI_GPU_BUFFER_BLOCKS, /* rows and runs of a sparse volume */
     QNI_GPU_BUFFER_TOTALS,
+    QNI_GPU_BUFFER_KEYS, /* of its leaves that can hold surface */
     QNI_GPU_BUFFER_SIGNS,
     QNI_GPU_BUFFER_LEAVES,  /* slots, active leaves, counts, scan sums */
     QNI_GPU_BUFFER_RECORDS, /* of active leaves, multiple cells, doubled edges */

@@ -99,6 +99,13 @@ static qn_status read_totals(qni_gpu_job *job, qn_error *error) {
     return device->finish(device, error);
 }
 
+static qn_status find_leaves(qni_gpu_job *job, int64_t leaves, qn_error *error) {
+    if (qni_gpu_is_sparse(&job->args.field))
+        return launch(job, QNI_GPU_KERNEL_sparse_signs, leaves, error);
+    QN_TRY(launch(job, QNI_GPU_KERNEL_signs, qni_gpu_sign_lines(&job->args), error));
+    return launch(job, QNI_GPU_KERNEL_find_leaves, leaves / QNI_LEAVES_THREADS + 1, error);
+}
+
 static qn_status count_once(qni_gpu_job *job, qn_error *error) {
     qni_gpu_args *a = &job->args;
     qni_device *device = job->pool->device;
@@ -106,8 +113,7 @@ static qn_status count_once(qni_gpu_job *job, qn_error *error) {
     memset(&job->totals, 0, sizeof job->totals);
     job->totals.leaves = (uint64_t)leaves;
     QN_TRY(device->upload(device, a->totals, &job->totals, sizeof job->totals, error));
-    QN_TRY(launch(job, QNI_GPU_KERNEL_signs, qni_gpu_sign_lines(a), error));
-    QN_TRY(launch(job, QNI_GPU_KERNEL_find_leaves, leaves / QNI_LEAVES_THREADS + 1, error));
+    QN_TRY(find_leaves(job, leaves, error));
     QN_TRY(scan(job, a->slot, 0, 1, 1, &a->totals->leaves, leaves, &a->totals->active, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_list_leaves, leaves / QNI_LEAVES_THREADS + 1, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_count, leaves, error));
@@ -169,6 +175,8 @@ qn_status qni_gpu_count_surface(qni_gpu_job *job, qn_error *error) {
     QN_TRY(start_counting(job, error));
     QN_TRY(count_once(job, error));
     if (job->totals.nonfinite && job->field.nonfinite_distance == 0) {
+        if (qni_gpu_is_sparse(&job->args.field))
+            return QN_OK; /* the host measures these, and counts again */
         QN_TRY(measure(job, error));
         qni_gpu_apply_measure(job);
         QN_TRY(count_once(job, error));
@@ -324,7 +332,9 @@ void qni_gpu_fill_report(const qni_gpu_job *job, qn_surface_report *report) {
     const uint64_t *channels = job->totals.channels;
     const int64_t *cells = job->field.cells;
     report->isovalue = job->field.isovalue;
-    report->cells = cells[0] * cells[1] * cells[2];
+    if (__builtin_mul_overflow(cells[0], cells[1], &report->cells) ||
+        __builtin_mul_overflow(report->cells, cells[2], &report->cells))
+        report->cells = INT64_MAX; /* as sparse lattices can have */
     report->active_leaves = (int64_t)job->totals.active;
     report->active_cells = (int64_t)channels[QNI_GPU_CELLS];
     report->ambiguous_faces = (int64_t)channels[QNI_GPU_AMBIGUOUS];

@@ -16,9 +16,35 @@ typedef struct qni_gpu_emit_shared {
     uint16_t quads_before[3][8];
     uint16_t signs[9][9];
     uint16_t cell[QNI_LEAF_CELLS]; /* the active ones, in order */
+    qni_gpu_block block[27];       /* sparse: those that the tile touches */
 } qni_gpu_emit_shared;
 
 /* ---- vertices -------------------------------------------------------------------------------- */
+
+/* A tile takes the last layer of the block before, eight of its own, two of the block after. */
+QN_HD_INLINE void qni_gpu_find_tile_block(const qni_gpu_args *a, qni_gpu_emit_shared *s,
+                                          const int32_t leaf[3], int n) {
+    if (n < 27)
+        s->block[n] =
+            qni_gpu_find_block(&a->field.blocks, (int64_t)leaf[0] + n % 3 - 1,
+                               (int64_t)leaf[1] + n / 3 % 3 - 1, (int64_t)leaf[2] + n / 9 - 1);
+}
+
+QN_HD_INLINE double qni_gpu_tile_value(const qni_gpu_args *a, const qni_gpu_emit_shared *s, int x,
+                                       int y, int z) {
+    const int block = (x + 7) / 8 + 3 * ((y + 7) / 8) + 9 * ((z + 7) / 8);
+    return qni_gpu_value_in_block(&a->field, s->block + block,
+                                  qni_gpu_place_in_block(x + 7, y + 7, z + 7));
+}
+
+QN_HD_INLINE void qni_gpu_load_sparse_tile(const qni_gpu_args *a, qni_gpu_emit_shared *s,
+                                           int thread) {
+    double *tile = &s->tile[0][0][0];
+    QN_ROLLED
+    for (int n = thread; n < QNI_GPU_TILE_POINTS; n += QNI_EMIT_THREADS)
+        tile[n] = qni_gpu_tile_value(a, s, n % QNI_GPU_TILE, n / QNI_GPU_TILE % QNI_GPU_TILE,
+                                     n / QNI_GPU_TILE_SLICE);
+}
 
 QN_HD_INLINE void qni_gpu_load_tile(const qni_gpu_args *a, qni_gpu_emit_shared *s,
                                     const int32_t leaf[3], int thread) {
@@ -183,7 +209,7 @@ QN_HD_INLINE void qni_gpu_emit_quads(const qni_gpu_args *a, const qni_gpu_emit_s
 
 /* ---- the kernel ------------------------------------------------------------------------------ */
 
-enum { QNI_GPU_emit_THREADS = QNI_EMIT_THREADS, QNI_GPU_emit_PHASES = 4 };
+enum { QNI_GPU_emit_THREADS = QNI_EMIT_THREADS, QNI_GPU_emit_PHASES = 5 };
 
 QN_HD_INLINE int64_t qni_gpu_emit_items(const qni_gpu_args *a) {
     return a->end_slot - a->first_slot;
@@ -195,16 +221,22 @@ QN_HD_INLINE void qni_gpu_emit(const qni_gpu_args *a, qni_gpu_emit_shared *s, in
     int32_t leaf[3];
     qni_gpu_leaf_at(&a->field, a->active_leaf[slot], leaf);
     if (phase == 0) {
-        qni_gpu_load_tile(a, s, leaf, thread);
-        qni_gpu_list_cells(a, s->cell, slot, thread, QNI_EMIT_THREADS);
-        qni_gpu_load_signs(a, leaf, s->signs, thread, QNI_EMIT_THREADS);
+        if (qni_gpu_is_sparse(&a->field))
+            qni_gpu_find_tile_block(a, s, leaf, thread);
     } else if (phase == 1) {
+        if (qni_gpu_is_sparse(&a->field))
+            qni_gpu_load_sparse_tile(a, s, thread);
+        else
+            qni_gpu_load_tile(a, s, leaf, thread);
+        qni_gpu_list_cells(a, s->cell, slot, thread, QNI_EMIT_THREADS);
+        qni_gpu_load_signs(a, slot, leaf, s->signs, thread, QNI_EMIT_THREADS);
+    } else if (phase == 2) {
         qni_gpu_make_masks((const uint16_t(*)[9])s->signs, &s->masks, thread, QNI_EMIT_THREADS);
         const int cells = qni_gpu_cell_count(a, slot);
         QN_ROLLED
         for (int n = thread; n < cells; n += QNI_EMIT_THREADS)
             qni_gpu_emit_cell(a, s, slot, leaf, n);
-    } else if (phase == 2) {
+    } else if (phase == 3) {
         const qni_leaf_extent extent = qni_gpu_extent(&a->field, leaf);
         int before = 0;
         if (thread >= 24)

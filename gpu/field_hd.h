@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 /* A field as kernels see it: the same rules as volume/field.h, over samples in the memory of the
- * device. A slab of a volume holds a range of its planes; lattice points keep their numbers. */
+ * device. A slab of a volume holds a range of its planes; lattice points keep their numbers. A
+ * sparse volume has its values in blocks and no border. */
 #ifndef QNI_GPU_FIELD_HD_H
 #define QNI_GPU_FIELD_HD_H
 
-#include "core/hd.h"
+#include "gpu/blocks_hd.h"
 
 #include <stdint.h>
 
@@ -38,6 +39,7 @@ typedef struct qni_gpu_field {
     double real_threshold;
     double isovalue, slope, intercept;
     double nonfinite_distance; /* 0: no sample is known to be non-finite */
+    qni_gpu_blocks blocks;     /* of a sparse volume, whose `samples` are a pool of leaves */
 } qni_gpu_field;
 
 QN_HD_INLINE int64_t qni_gpu_clamp(int64_t i, int64_t size) {
@@ -93,8 +95,27 @@ QN_HD_INLINE double qni_gpu_outside_of(const qni_gpu_field *field, double d) {
     return field->inside_below ? distance : -distance;
 }
 
+QN_HD_INLINE int qni_gpu_is_sparse(const qni_gpu_field *field) {
+    return field->blocks.keys != 0;
+}
+
+/* One sample of a block. */
+QN_HD_INLINE double qni_gpu_value_in_block(const qni_gpu_field *field, const qni_gpu_block *block,
+                                           int64_t place) {
+    return qni_gpu_settle(field,
+                          block->at < 0 ? block->value : qni_gpu_stored(field, block->at + place));
+}
+
+QN_HD_INLINE double qni_gpu_sparse_value(const qni_gpu_field *field, int64_t x, int64_t y,
+                                         int64_t z) {
+    const qni_gpu_block block = qni_gpu_find_block(&field->blocks, x >> 3, y >> 3, z >> 3);
+    return qni_gpu_value_in_block(field, &block, qni_gpu_place_in_block(x, y, z));
+}
+
 /* Value of any lattice point. */
 QN_HD_INLINE double qni_gpu_value(const qni_gpu_field *field, int64_t x, int64_t y, int64_t z) {
+    if (qni_gpu_is_sparse(field))
+        return qni_gpu_sparse_value(field, x, y, z);
     const int64_t i = x - field->border, j = y - field->border, k = z - field->border;
     const int64_t ci = qni_gpu_clamp(i, field->size[0]), cj = qni_gpu_clamp(j, field->size[1]),
                   ck = qni_gpu_clamp(k, field->size[2]);
@@ -103,7 +124,22 @@ QN_HD_INLINE double qni_gpu_value(const qni_gpu_field *field, int64_t x, int64_t
     return i == ci && j == cj && k == ck ? d : qni_gpu_outside_of(field, d);
 }
 
+/* Seven cells in eight along an axis lie in one block. */
+QN_HD_INLINE int qni_gpu_is_in_block(const int64_t cell[3]) {
+    return (cell[0] & 7) != 7 && (cell[1] & 7) != 7 && (cell[2] & 7) != 7;
+}
+
 QN_HD_APART void qni_gpu_load_cell(const qni_gpu_field *field, const int64_t cell[3], double d[8]) {
+    if (qni_gpu_is_sparse(field) && qni_gpu_is_in_block(cell)) {
+        const qni_gpu_block block =
+            qni_gpu_find_block(&field->blocks, cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
+        const int64_t place = qni_gpu_place_in_block(cell[0], cell[1], cell[2]);
+        QN_ROLLED
+        for (int c = 0; c < 8; ++c)
+            d[c] = qni_gpu_value_in_block(field, &block,
+                                          place + (c & 1) + 8 * (c >> 1 & 1) + 64 * (c >> 2));
+        return;
+    }
     QN_ROLLED
     for (int c = 0; c < 8; ++c)
         d[c] = qni_gpu_value(field, cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2));
@@ -116,6 +152,8 @@ QN_HD static inline double qni_gpu_extended_value(const qni_gpu_field *field,
     int64_t at[2][3]; /* the point, or the lattice's last one before it; the one before that */
     double value[2] = {0, 0};
     int beyond = 0;
+    if (qni_gpu_is_sparse(field)) /* it has no ends: background goes on */
+        return qni_gpu_sparse_value(field, point[0], point[1], point[2]);
     for (int a = 0; a < 3; ++a) {
         at[0][a] = qni_gpu_clamp(point[a], field->points[a]);
         at[1][a] = 2 * at[0][a] - point[a];

@@ -13,13 +13,17 @@ enum { LEAST_SAMPLES = 1 << 21 };
 
 static bool is_small(const qn_volume *volume) {
     const int64_t *size = qn_volume_grid(volume)->size;
+    const qn_sparse_grid *sparse = qn_volume_sparse_grid(volume);
+    if (sparse)
+        return sparse->leaf_count * 512 < LEAST_SAMPLES;
     return (double)size[0] * (double)size[1] * (double)size[2] < LEAST_SAMPLES;
 }
 
 /* A lattice without a cell has no surface anywhere. */
 static bool has_no_cell(const qn_volume *volume, const qn_surface_options *options) {
     const int64_t *size = qn_volume_grid(volume)->size;
-    return options->open && (size[0] < 2 || size[1] < 2 || size[2] < 2);
+    return options->open && !qn_volume_sparse_grid(volume) &&
+           (size[0] < 2 || size[1] < 2 || size[2] < 2);
 }
 
 static qn_status leave_to_cpu(qn_surface_report *report, const char *why) {

@@ -4,6 +4,7 @@
 #include "gpu/host.h"
 #include "gpu/driver.h"
 #include "gpu/slabs.h"
+#include "gpu/sparse.h"
 #include "dmc/dmc.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -15,16 +16,15 @@
 
 const char *qni_gpu_cannot(const qn_volume *volume, const qn_surface_options *options) {
     const qn_grid *grid = qn_volume_grid(volume);
-    if (qn_volume_sparse_grid(volume))
-        return "sparse volumes are the processor's";
+    const bool sparse = qn_volume_sparse_grid(volume) != NULL; /* packed, and without a border */
     if (grid->swapped)
         return "samples in foreign byte order are the processor's";
-    if (grid->stride[0] != (int64_t)qn_scalar_size(grid->scalar) || grid->stride[1] <= 0 ||
-        grid->stride[2] <= 0)
+    if (!sparse && (grid->stride[0] != (int64_t)qn_scalar_size(grid->scalar) ||
+                    grid->stride[1] <= 0 || grid->stride[2] <= 0))
         return "samples that do not lie in rows are the processor's";
     if (options->topology != QN_TOPOLOGY_DISCS)
         return "exact topology is the processor's";
-    if (options->open && !options->keep_doubled)
+    if (options->open && !options->keep_doubled && !sparse)
         return "open surfaces whose rim is repaired are the processor's";
     if (options->simplify) /* it goes by colours that only the CPU's emission gives */
         return "simplification is the processor's";
@@ -79,16 +79,24 @@ static qn_status make_mesh(qn_context *context, qni_gpu_job *job, const qn_grid 
 
 /* ---- all of it ------------------------------------------------------------------------------- */
 
+static qn_status bring_up(qni_gpu_job *job, const qn_grid *grid, qn_error *error) {
+    void *samples;
+    if (job->field.sparse)
+        return qni_gpu_upload_blocks(job, error);
+    QN_TRY(qni_gpu_upload_planes(job->pool, grid, 0, grid->size[2], &samples, error));
+    job->args.field.samples = samples;
+    return QN_OK;
+}
+
 /* The whole volume at once. */
 static qn_status run_whole(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
                            qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
     const double start = qni_seconds();
-    void *samples;
-    QN_TRY(qni_gpu_upload_planes(job->pool, grid, 0, grid->size[2], &samples, error));
-    job->args.field.samples = samples;
+    QN_TRY(bring_up(job, grid, error));
     if (qni_progress(context, "classify", 0))
         return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
-    QN_TRY(qni_gpu_count_surface(job, error));
+    QN_TRY(job->field.sparse ? qni_gpu_count_sparse(context, job, error)
+                             : qni_gpu_count_surface(job, error));
     const double counted = qni_seconds();
     if (qni_progress(context, "emit", 0))
         return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
@@ -112,7 +120,8 @@ static void init_job(qni_gpu_job *job, qni_gpu_pool *pool, const qni_field *fiel
     job->with_repair = !options->keep_doubled;
 }
 
-/* Whole where there is room for it, else in slabs: as many layers as fit, or `slab_layers`. */
+/* Whole where there is room for it, else in slabs: as many layers as fit, or `slab_layers`. Sparse
+ * volumes have no slabs. */
 static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *volume,
                      double isovalue, const qn_surface_options *options, int32_t slab_layers,
                      qni_gpu_job *job, qn_mesh **mesh_out, qn_surface_report *report,
@@ -122,6 +131,8 @@ static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *v
     QN_TRY(qni_field_init(volume, isovalue, options->inside == QN_INSIDE_BELOW, options->open,
                           &field, error));
     init_job(job, pool, &field, options);
+    if (field.sparse)
+        return run_whole(context, job, grid, mesh_out, report, error);
     const int32_t layers = (int32_t)field.leaves[2];
     int32_t most_layers = slab_layers ? slab_layers : layers;
     if (!slab_layers && qni_gpu_bytes_to_count(job) <= qni_gpu_budget(pool->device)) {

@@ -12,10 +12,12 @@
 #include "gpu/scan_hd.h"
 #include "gpu/signs_hd.h"
 #include "gpu/slab_hd.h"
+#include "gpu/sparse_hd.h"
 
 #define QNI_GPU_KERNEL_MAP(X)                                                                      \
     X(measure)                                                                                     \
     X(find_leaves)                                                                                 \
+    X(sparse_signs)                                                                                \
     X(list_leaves)                                                                                 \
     X(scan_sums)                                                                                   \
     X(scan_tops)                                                                                   \

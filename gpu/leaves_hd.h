@@ -35,8 +35,14 @@ QN_HD_INLINE qni_leaf_extent qni_gpu_extent(const qni_gpu_field *field, const in
 
 /* ---- shared with emission -------------------------------------------------------------------- */
 
-QN_HD_INLINE void qni_gpu_load_signs(const qni_gpu_args *a, const int32_t leaf[3],
+QN_HD_INLINE void qni_gpu_load_signs(const qni_gpu_args *a, int64_t slot, const int32_t leaf[3],
                                      uint16_t signs[9][9], int thread, int threads) {
+    if (qni_gpu_is_sparse(&a->field)) {
+        const uint16_t *lines = a->leaf_signs + (size_t)a->active_leaf[slot] * QNI_GPU_SIGN_LINES;
+        for (int n = thread; n < QNI_GPU_SIGN_LINES; n += threads)
+            signs[n / 9][n % 9] = lines[n];
+        return;
+    }
     const int64_t z0 = (int64_t)8 * (leaf[2] - a->field.first_layer);
     for (int n = thread; n < 81; n += threads)
         signs[n / 9][n % 9] =
@@ -186,7 +192,7 @@ QN_HD_INLINE void qni_gpu_leaf_phase(const qni_gpu_args *a, qni_gpu_leaf_shared 
     int32_t leaf[3];
     qni_gpu_leaf_at(&a->field, a->active_leaf[item], leaf);
     if (phase == 0) {
-        qni_gpu_load_signs(a, leaf, s->signs, thread, QNI_LEAF_THREADS);
+        qni_gpu_load_signs(a, item, leaf, s->signs, thread, QNI_LEAF_THREADS);
     } else if (phase == 1) {
         qni_gpu_make_masks((const uint16_t(*)[9])s->signs, &s->masks, thread, QNI_LEAF_THREADS);
     } else if (phase == 2) {

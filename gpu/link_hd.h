@@ -160,7 +160,7 @@ QN_HD_INLINE void qni_gpu_link(const qni_gpu_args *a, qni_gpu_link_shared *s, in
     qni_gpu_leaf_at(&a->field, a->active_leaf[slot], leaf);
     if (phase == 0) {
         qni_gpu_list_cells(a, s->cell, slot, thread, QNI_LINK_THREADS);
-        qni_gpu_load_signs(a, leaf, s->signs, thread, QNI_LINK_THREADS);
+        qni_gpu_load_signs(a, slot, leaf, s->signs, thread, QNI_LINK_THREADS);
         return;
     }
     const int cells = qni_gpu_cell_count(a, slot);

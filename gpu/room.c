@@ -16,6 +16,8 @@ static void *take_part(char **at, int64_t count, size_t size) {
 
 int64_t qni_gpu_leaf_total(const qni_gpu_job *job) {
     const qni_gpu_field *field = &job->args.field;
+    if (qni_gpu_is_sparse(field))
+        return field->blocks.key_count;
     return (int64_t)field->leaves[0] * field->leaves[1] * field->layers;
 }
 
@@ -41,7 +43,9 @@ qni_gpu_room qni_gpu_room_to_count(const qni_gpu_job *job) {
     qni_gpu_room room = {{0}};
     room.bytes[QNI_GPU_BUFFER_TOTALS] = sizeof(qni_gpu_totals);
     room.bytes[QNI_GPU_BUFFER_SIGNS] =
-        job->args.field.points[1] * sign_planes(job) * line_words(job) * 4;
+        qni_gpu_is_sparse(&job->args.field)
+            ? leaves * QNI_GPU_SIGN_LINES * (int64_t)sizeof *job->args.leaf_signs
+            : job->args.field.points[1] * sign_planes(job) * line_words(job) * 4;
     room.bytes[QNI_GPU_BUFFER_LEAVES] =
         2 * part_bytes(leaves + 1, sizeof(uint32_t)) +
         part_bytes(QNI_GPU_CHANNELS * (leaves + 1), sizeof(uint32_t)) +
@@ -143,6 +147,7 @@ qn_status qni_gpu_reserve_count(qni_gpu_job *job, qn_error *error) {
     a->totals = memory;
     QN_TRY(take(job, &room, QNI_GPU_BUFFER_SIGNS, &memory, error));
     a->signs = memory;
+    a->leaf_signs = memory;
     QN_TRY(take(job, &room, QNI_GPU_BUFFER_LEAVES, &memory, error));
     char *at = memory;
     a->slot = take_part(&at, leaves + 1, sizeof(uint32_t));

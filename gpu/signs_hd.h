@@ -6,16 +6,8 @@
 #include "core/bits_hd.h"
 #include "gpu/args_hd.h"
 
-/* The sign of lattice point (x, y, z), of numeric type `scalar`, a constant where this is called.
- * Beyond the end of x the last point is repeated, so that nothing there looks like surface. */
-QN_HD_INLINE int qni_gpu_sign(const qni_gpu_field *field, int scalar, int64_t x, int64_t y,
-                              int64_t z, int *odd) {
-    x = qni_gpu_clamp(x, field->points[0]);
-    const int64_t i = x - field->border, j = y - field->border, k = z - field->border;
-    if (i < 0 || j < 0 || k < 0 || i >= field->size[0] || j >= field->size[1] ||
-        k >= field->size[2])
-        return field->inside_below;
-    const int64_t at = qni_gpu_sample_at(field, i, j, k);
+/* The sign of stored sample `at`, of numeric type `scalar`, a constant where this is called. */
+QN_HD_INLINE int qni_gpu_stored_sign(const qni_gpu_field *field, int scalar, int64_t at, int *odd) {
     if (field->nonfinite_distance > 0)
         return qni_gpu_settle(field, qni_gpu_scale(field, qni_gpu_stored(field, at))) >= 0;
     switch (scalar) {
@@ -26,6 +18,18 @@ QN_HD_INLINE int qni_gpu_sign(const qni_gpu_field *field, int scalar, int64_t x,
 #undef QNI_GPU_SIGN_CASE
     }
     return 0;
+}
+
+/* The sign of lattice point (x, y, z). Beyond the end of x the last point is repeated, so that
+ * nothing there looks like surface. */
+QN_HD_INLINE int qni_gpu_sign(const qni_gpu_field *field, int scalar, int64_t x, int64_t y,
+                              int64_t z, int *odd) {
+    x = qni_gpu_clamp(x, field->points[0]);
+    const int64_t i = x - field->border, j = y - field->border, k = z - field->border;
+    if (i < 0 || j < 0 || k < 0 || i >= field->size[0] || j >= field->size[1] ||
+        k >= field->size[2])
+        return field->inside_below;
+    return qni_gpu_stored_sign(field, scalar, qni_gpu_sample_at(field, i, j, k), odd);
 }
 
 /* Lines of signs, numbered y first. */
@@ -49,13 +53,18 @@ QN_HD_INLINE unsigned qni_gpu_nine_signs(const qni_gpu_args *a, int64_t leaf_x, 
 
 /* ---- leaves with surface --------------------------------------------------------------------- */
 
-enum { QNI_LEAVES_THREADS = 256 };
+/* Lines of nine signs round a leaf. */
+enum { QNI_LEAVES_THREADS = 256, QNI_GPU_SIGN_LINES = 81 };
 typedef struct qni_gpu_nothing_shared {
     int unused;
 } qni_gpu_nothing_shared;
 
 QN_HD_INLINE void qni_gpu_leaf_at(const qni_gpu_field *field, int64_t index, int32_t leaf[3]) {
     const int64_t row = index / field->leaves[0];
+    if (qni_gpu_is_sparse(field)) {
+        qni_gpu_leaf_of_key(&field->blocks, field->blocks.keys[index], leaf);
+        return;
+    }
     leaf[0] = (int32_t)(index % field->leaves[0]);
     leaf[1] = (int32_t)(row % field->leaves[1]);
     leaf[2] = (int32_t)(row / field->leaves[1]) + field->first_layer;
@@ -63,6 +72,8 @@ QN_HD_INLINE void qni_gpu_leaf_at(const qni_gpu_field *field, int64_t index, int
 
 QN_HD_INLINE int64_t qni_gpu_leaf_index(const qni_gpu_field *field, int64_t x, int64_t y,
                                         int64_t z) {
+    if (qni_gpu_is_sparse(field))
+        return qni_gpu_find_key(&field->blocks, qni_gpu_key(&field->blocks, x, y, z));
     return x + field->leaves[0] * (y + field->leaves[1] * (z - field->first_layer));
 }
 

@@ -133,3 +133,19 @@ uint64_t test_hash_all(const qn_mesh *mesh) {
     hash = test_hash(hash, halves.twin, (size_t)halves.count * 4);
     return test_hash(hash, halves.vertex_halfedge, (size_t)qn_mesh_get_view(mesh).vertex_count * 4);
 }
+
+void test_expect_mesh(const char *name, const qn_mesh *found, const qn_mesh *expected) {
+    const qn_mesh_view f = qn_mesh_get_view(found), e = qn_mesh_get_view(expected);
+    const qn_halfedges fh = qn_mesh_get_halfedges(found), eh = qn_mesh_get_halfedges(expected);
+    test_expect_number(name, "vertices", f.vertex_count, e.vertex_count);
+    test_expect_number(name, "quads", f.quad_count, e.quad_count);
+    test_expect_number(name, "halfedges", fh.count, eh.count);
+    test_expect_equal(name, "position", f.positions, e.positions, e.vertex_count, 12);
+    test_expect_equal(name, "quad", f.quads, e.quads, e.quad_count, 16);
+    test_expect_equal(name, "twin", fh.twin, eh.twin, eh.count, 4);
+    if (e.normals)
+        test_expect_equal(name, "normal", f.normals, e.normals, e.vertex_count, 12);
+    if (eh.count > 0)
+        test_expect_equal(name, "halfedge of vertex", fh.vertex_halfedge, eh.vertex_halfedge,
+                          e.vertex_count, 4);
+}

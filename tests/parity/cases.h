@@ -21,6 +21,8 @@ test_sampled test_sample(const test_field *field, qn_scalar scalar, test_random 
 void test_expect_equal(const char *name, const char *what, const void *found, const void *expected,
                        int64_t count, size_t size);
 void test_expect_number(const char *name, const char *what, int64_t found, int64_t expected);
+/* All that a mesh holds. */
+void test_expect_mesh(const char *name, const qn_mesh *found, const qn_mesh *expected);
 void test_expect_report(const char *name, const qn_surface_report *found,
                         const qn_surface_report *expected);
 

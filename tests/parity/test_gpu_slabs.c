@@ -8,22 +8,6 @@
 /* What all volumes together had: a test on nothing would pass. */
 static struct { int64_t vertices, doubled, borders, nonfinite; } met;
 
-static void expect_same(const char *name, const qn_mesh *found, const qn_mesh *expected) {
-    const qn_mesh_view f = qn_mesh_get_view(found), e = qn_mesh_get_view(expected);
-    const qn_halfedges fh = qn_mesh_get_halfedges(found), eh = qn_mesh_get_halfedges(expected);
-    test_expect_number(name, "vertices", f.vertex_count, e.vertex_count);
-    test_expect_number(name, "quads", f.quad_count, e.quad_count);
-    test_expect_number(name, "halfedges", fh.count, eh.count);
-    test_expect_equal(name, "position", f.positions, e.positions, e.vertex_count, 12);
-    test_expect_equal(name, "quad", f.quads, e.quads, e.quad_count, 16);
-    test_expect_equal(name, "twin", fh.twin, eh.twin, eh.count, 4);
-    if (e.normals)
-        test_expect_equal(name, "normal", f.normals, e.normals, e.vertex_count, 12);
-    if (eh.count > 0)
-        test_expect_equal(name, "halfedge of vertex", fh.vertex_halfedge, eh.vertex_halfedge,
-                          e.vertex_count, 4);
-}
-
 static void compare(const char *name, const qn_volume *volume, qn_context *context, double iso,
                     const qn_surface_options *options, const qn_mesh *mesh,
                     const qn_surface_report *expected, int32_t layers, uint64_t shuffle) {
@@ -37,7 +21,7 @@ static void compare(const char *name, const qn_volume *volume, qn_context *conte
     if (qni_gpu_host_surface(context, &cpu.device, volume, iso, options, layers, &found, &report,
                              &error) != QN_OK)
         fail_msg("%s: %s", full, error.message);
-    expect_same(full, found, mesh);
+    test_expect_mesh(full, found, mesh);
     test_expect_report(full, &report, expected);
     assert_int_equal(cpu.bytes, 0);
     met.borders += report.device_slabs - 1;
