@@ -113,6 +113,13 @@ static void move_points(float *points, int64_t from, int64_t end, int64_t to) {
         points[3 * to + n] = points[3 * from + n];
 }
 
+/* A vertex that went gets the number of the one that was kept, which came before it; unless that is
+ * gone too, and then no quad asks. */
+static void follow_kept(const packing *p, int64_t v) {
+    if (p->vertex_marks[p->renumber[v]] != GONE)
+        p->renumber[v] = p->renumber[p->renumber[v]];
+}
+
 /* Each thread packs its part to the part's own start, and numbers its vertices. */
 static void pack_vertices(const packing *p, int32_t part) {
     qn_mesh *mesh = p->mesh;
@@ -129,16 +136,16 @@ static void pack_vertices(const packing *p, int32_t part) {
             mesh->vertex_halfedges[to + n] = side_anew(p, mesh->vertex_halfedges[from + n]);
         to += v - from;
         for (; v < end && p->vertex_marks[v] == GONE; ++v)
-            ;
+            if (p->parts == 1)
+                follow_kept(p, v);
     }
 }
 
-/* Those that went get the number of the one that was kept; which is not gone, or no quad asks. */
-static void follow_kept(const packing *p, int32_t part) {
-    const uint8_t *marks = p->vertex_marks;
+/* Where the one that was kept can be another thread's, it has its number only now. */
+static void follow_all_kept(const packing *p, int32_t part) {
     for (int64_t v = p->part[part][0][0]; v < p->part[part + 1][0][0]; ++v)
-        if (marks[v] == GONE && marks[p->renumber[v]] != GONE)
-            p->renumber[v] = p->renumber[p->renumber[v]];
+        if (p->vertex_marks[v] == GONE)
+            follow_kept(p, v);
 }
 
 static void pack_quads(const packing *p, int32_t part) {
@@ -198,7 +205,8 @@ static void pack(const packing *p) {
         pack_vertices(p, n);
 #pragma omp parallel for schedule(static, 1) num_threads(parts)
     for (int32_t n = 0; n < parts; ++n)
-        follow_kept(p, n);
+        if (parts > 1)
+            follow_all_kept(p, n);
 #pragma omp parallel for schedule(static, 1) num_threads(parts)
     for (int32_t n = 0; n < parts; ++n)
         if (p->mesh->twins)

@@ -183,12 +183,19 @@ static void emit_vertices(const emission *job, worker *w, const qni_dmc_row *row
                           const qni_dmc_leaf *leaf, const int64_t leaf_at[3]) {
     const qni_multi_cell *multi = row->multis + leaf->multi_base,
                          *multi_end = multi + leaf->multi_count;
+    const uint16_t(*signs)[QNI_LEAF_SAMPLES] = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs;
+    uint8_t *valences = job->mesh->twins ? NULL : job->dmc->valences; /* linking knows better */
     int64_t vertex = row->vertex_base + leaf->vertex_base;
     for (int z = 0; z < QNI_LEAF; ++z)
         for (uint64_t rest = leaf->active[z]; rest; rest &= rest - 1) {
             const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
             w->ids.first[z + 1][y + 1][x + 1] = (uint32_t)vertex;
+            if (valences)
+                valences[vertex] = job->link_tables.crossed_edges[qni_case_of_cell(signs, x, y, z)];
             if (multi < multi_end && multi->cell == bit + 64 * z) {
+                for (int n = 0; valences && n < qni_entry_polygons(multi->entry); ++n)
+                    valences[vertex + n] =
+                        (uint8_t)__builtin_popcount(qni_entry_edges(multi->entry, n));
                 w->ids.entry[z + 1][y + 1][x + 1] = multi->entry;
                 vertex += emit_multiple(job, w, leaf_at, x, y, z, multi->entry, vertex);
                 ++multi;
@@ -361,18 +368,18 @@ static bool is_at_border(const emission *job, const qni_leaf_extent *extent, con
 }
 
 /* Quads round each vertex of the leaf, as linking finds them: its polygon's edges, or 0 where some
- * are on the lattice's border and have no quads. */
-static void note_valences(const emission *job, worker *w, const qni_dmc_row *row,
+ * are on the border of an open lattice and have no quads. Elsewhere they stand already. */
+static void mend_valences(const emission *job, worker *w, const qni_dmc_row *row,
                           const qni_dmc_leaf *own, const qni_leaf_extent *extent,
                           const int64_t at[3]) {
+    if (job->dmc->field.border != 0 || !is_at_border(job, extent, at))
+        return;
     const qni_link_leaf link = {
         .tile = (const double(*)[QNI_TILE][QNI_TILE])w->tile,
         .signs = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs,
-        .tables = &job->link_tables,
-        .extent = extent,
         .leaf = own,
         .multis = row->multis + own->multi_base,
-        .at_border = is_at_border(job, extent, at),
+        .at_border = true,
     };
     qni_note_valences(&link, job->dmc->field.cells, at,
                       job->dmc->valences + row->vertex_base + own->vertex_base);
@@ -452,7 +459,7 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
         if (job->mesh->twins)
             link_leaf(job, w, row, own, &extent, at, &upper);
         else if (dmc->valences)
-            note_valences(job, w, row, own, &extent, at);
+            mend_valences(job, w, row, own, &extent, at);
     }
 }
 

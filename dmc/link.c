@@ -362,18 +362,14 @@ void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const i
     for (int z = 0; z < QNI_LEAF; ++z)
         for (uint64_t rest = job->leaf->active[z]; rest; rest &= rest - 1) {
             const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
-            const int case_index = qni_case_of_cell(job->signs, x, y, z);
-            const bool is_multi = multi < multi_end && multi->cell == bit + 64 * z;
-            if (!is_multi && !job->at_border) {
-                *valences++ = job->tables->crossed_edges[case_index];
-                continue;
-            }
             const int64_t cell[3] = {at[0] + x, at[1] + y, at[2] + z};
-            const unsigned missing = job->at_border ? edges_on_border(cells, cell) : 0;
+            const unsigned missing = edges_on_border(cells, cell);
+            const bool is_multi = multi < multi_end && multi->cell == bit + 64 * z;
             const int entry = is_multi ? multi->entry : 0;
             for (int n = 0; n < (is_multi ? qni_entry_polygons(entry) : 1); ++n) {
-                const unsigned edges =
-                    is_multi ? qni_entry_edges(entry, n) : edges_of_case(case_index);
+                const unsigned edges = is_multi
+                                           ? qni_entry_edges(entry, n)
+                                           : edges_of_case(qni_case_of_cell(job->signs, x, y, z));
                 *valences++ = (uint8_t)(edges & missing ? 0 : __builtin_popcount(edges));
             }
             multi += is_multi;

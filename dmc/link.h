@@ -70,8 +70,8 @@ typedef struct qni_link_leaf {
  * missing at the border. Every halfedge lies on one face, so no two leaves write the same. */
 void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins,
               uint32_t *vertex_halfedges, uint8_t *valences);
-/* The valences alone, of the leaf's vertices from the first one on. The lattice has `cells`, the
- * leaf's first cell is `at`. Masks, and the first vertex, are not needed. */
+/* The valences alone, of a leaf at the border of a lattice of `cells`; the leaf's first cell is
+ * `at`. `valences` starts at its first vertex. Masks and tables are not needed. */
 void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const int64_t at[3],
                        uint8_t *valences);
 

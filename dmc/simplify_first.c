@@ -66,34 +66,40 @@ int64_t qni_simplify_place(const qni_simplifier *job, const uint32_t (*pairs)[2]
 
 /* ---- finding --------------------------------------------------------------------------------- */
 
-static uint32_t valences_of(const qni_simplifier *job, int64_t quad) {
-    const uint32_t *v = job->mesh->quads + 4 * quad;
-    const uint8_t *valence = job->around.valence;
-    return valence[v[0]] | (uint32_t)valence[v[1]] << 8 | (uint32_t)valence[v[2]] << 16 |
-           (uint32_t)valence[v[3]] << 24;
-}
-
+/* In three steps, each simple enough for the processor to run ahead: the corners' valences, four
+ * bytes a quad; what they say of it; lists of those of which they say anything. */
 static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
-    uint32_t merges[BLOCK + 1];
-    int64_t count = 0, suspects = own->suspects.count;
-    if (!qni_numbers_reserve(job->context, &own->suspects, BLOCK + 1))
-        return false;
-    for (int64_t q = from; q < end; ++q) {
-        const uint32_t four = valences_of(job, q);
-        const int kind = qni_kind_of_valences(four & UINT32_C(0x3f3f3f3f));
-        const bool merges_now = qni_is_merge(kind) & qni_are_plain(four);
-        merges[count] = own->suspects.items[suspects] = (uint32_t)q;
-        count += merges_now;
-        suspects += (kind != QNI_QUAD_STAYS) & !merges_now;
-    }
-    own->suspects.count = suspects;
-    for (int list = 0; list < LISTS; ++list)
-        if (!qni_numbers_reserve(job->context, own->merges + list, count))
-            return false;
+    uint32_t four[BLOCK];
+    uint8_t kind[BLOCK], bytes[4 * BLOCK];
+    uint32_t found[BLOCK + 1];
+    const uint32_t *corner = job->mesh->quads + 4 * from;
+    const uint8_t *valence = job->around.valence;
+    const int64_t count = end - from;
+    int64_t some = 0;
+    for (int64_t n = 0; n < 4 * count; ++n)
+        bytes[n] = valence[corner[n]];
+    for (int64_t n = 0; n < count; ++n)
+        four[n] = bytes[4 * n] | (uint32_t)bytes[4 * n + 1] << 8 |
+                  (uint32_t)bytes[4 * n + 2] << 16 | (uint32_t)bytes[4 * n + 3] << 24;
+    for (int64_t n = 0; n < count; ++n)
+        kind[n] = (uint8_t)(qni_kind_of_valences(four[n] & UINT32_C(0x3f3f3f3f)) |
+                            !qni_are_plain(four[n]) << 2);
     for (int64_t n = 0; n < count; ++n) {
-        const bool odd = (valences_of(job, merges[n]) & 255) != 3;
-        qni_numbers *list = own->merges + 2 * job->around.colour[merges[n]] + odd;
-        list->items[list->count++] = merges[n];
+        found[some] = (uint32_t)n;
+        some += (kind[n] & 3) != QNI_QUAD_STAYS;
+    }
+    if (!qni_numbers_reserve(job->context, &own->suspects, some))
+        return false;
+    for (int list = 0; list < LISTS; ++list)
+        if (!qni_numbers_reserve(job->context, own->merges + list, some))
+            return false;
+    for (int64_t n = 0; n < some; ++n) {
+        const int64_t quad = from + found[n];
+        const int as = kind[found[n]];
+        qni_numbers *list = qni_is_merge(as) ? own->merges + 2 * job->around.colour[quad] +
+                                                   (as == QNI_QUAD_MERGES_13)
+                                             : &own->suspects;
+        list->items[list->count++] = (uint32_t)quad;
     }
     return true;
 }

@@ -94,11 +94,8 @@ double qni_field_extended_value(const qni_field *field, const int64_t point[3]) 
     return beyond ? 2 * d - qni_field_value(field, before_end[0], before_end[1], before_end[2]) : d;
 }
 
-/* `count` lattice points from (x, y, z) along x; all must be true samples of the grid. */
-static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, int64_t count,
-                     double *out) {
-    qni_grid_load_row(field->grid, x - field->border, y - field->border, z - field->border, count,
-                      out);
+/* Sample values to distances from the iso-value. */
+static inline void settle_values(const qni_field *field, int64_t count, double *out) {
     const qn_grid *grid = field->grid;
     bool may_be_huge = grid->scalar == QN_F64 || grid->slope != 1 || grid->intercept != 0;
     if (field->nonfinite_distance > 0 || may_be_huge) {
@@ -108,6 +105,14 @@ static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, in
         for (int64_t n = 0; n < count; ++n)
             out[n] = out[n] - field->isovalue;
     }
+}
+
+/* `count` lattice points from (x, y, z) along x; all must be true samples of the grid. */
+static void load_row(const qni_field *field, int64_t x, int64_t y, int64_t z, int64_t count,
+                     double *out) {
+    qni_grid_load_row(field->grid, x - field->border, y - field->border, z - field->border, count,
+                      out);
+    settle_values(field, count, out);
 }
 
 bool qni_field_load_run(const qni_field *field, const int64_t point[3], int64_t count,
@@ -166,6 +171,12 @@ void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double c
     for (int a = 0; a < 3; ++a)
         inner =
             inner && cell[a] >= field->border && cell[a] + 1 < field->samples[a] - field->border;
+    const int64_t border = field->border;
+    if (inner && qni_grid_load_plain_cell(field->grid, cell[0] - border, cell[1] - border,
+                                          cell[2] - border, corner)) {
+        settle_values(field, 8, corner);
+        return;
+    }
     for (int n = 0; n < 4; ++n) {
         const int64_t y = cell[1] + (n & 1), z = cell[2] + (n >> 1);
         if (inner) {

@@ -26,6 +26,14 @@ static bool row_is_plain(const qn_grid *grid, const void *from) {
     return !grid->swapped && grid->stride[0] == (int64_t)size && (uintptr_t)from % size == 0;
 }
 
+static void scale(const qn_grid *grid, int64_t count, double *out) {
+    if (grid->slope != 1 || grid->intercept != 0)
+        for (int64_t n = 0; n < count; ++n) {
+            double scaled = grid->slope * out[n];
+            out[n] = scaled + grid->intercept;
+        }
+}
+
 void qni_samples_load(qn_scalar scalar, const void *from, int64_t count, double *out) {
     switch (scalar) {
 #define LOAD_CASE(name, type, text)                                                                \
@@ -39,6 +47,39 @@ void qni_samples_load(qn_scalar scalar, const void *from, int64_t count, double 
     }
 }
 
+#define LOAD_CELL(name, type, text)                                                                \
+    static void load_cell_##name(const qn_grid *grid, const char *from, double corner[8]) {        \
+        for (int n = 0; n < 4; ++n) {                                                              \
+            const type *row = (const type *)(const void *)(from + (n & 1) * grid->stride[1] +      \
+                                                           (n >> 1) * grid->stride[2]);            \
+            corner[2 * n] = (double)row[0];                                                        \
+            corner[2 * n + 1] = (double)row[1];                                                    \
+        }                                                                                          \
+    }
+QN_SCALAR_MAP(LOAD_CELL)
+#undef LOAD_CELL
+
+bool qni_grid_load_plain_cell(const qn_grid *grid, int64_t i, int64_t j, int64_t k,
+                              double corner[8]) {
+    const char *from = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +
+                       k * grid->stride[2];
+    for (int n = 0; n < 4; ++n)
+        if (!row_is_plain(grid, from + (n & 1) * grid->stride[1] + (n >> 1) * grid->stride[2]))
+            return false;
+    switch (grid->scalar) {
+#define LOAD_CASE(name, type, text)                                                                \
+    case QN_##name:                                                                                \
+        load_cell_##name(grid, from, corner);                                                      \
+        break;
+        QN_SCALAR_MAP(LOAD_CASE)
+#undef LOAD_CASE
+    case QN_SCALAR_COUNT:
+        return false;
+    }
+    scale(grid, 8, corner);
+    return true;
+}
+
 void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,
                        double *out) {
     const char *from = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +
@@ -49,11 +90,7 @@ void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int
     } else {
         qni_samples_load(grid->scalar, from, count, out);
     }
-    if (grid->slope != 1 || grid->intercept != 0)
-        for (int64_t n = 0; n < count; ++n) {
-            double scaled = grid->slope * out[n];
-            out[n] = scaled + grid->intercept;
-        }
+    scale(grid, count, out);
 }
 
 /* ---- threshold ------------------------------------------------------------------------------- */
