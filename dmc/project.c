@@ -163,7 +163,7 @@ void qni_project_landings(const void *user, qni_landing *landings, int count) {
         for (int n = 0; n < some; ++n) {
             to_lattice(projector, landings[first + n].position, at[n]);
             cell_of(projector->field, at[n], cell[n]);
-            qni_field_prefetch_cell(projector->field, cell[n]);
+            qni_field_prefetch_rows(projector->field, cell[n], 0, 1);
         }
         for (int n = 0; n < some; ++n)
             landings[first + n].landed =

@@ -32,6 +32,37 @@ void qni_repair_load_corners(const qni_field *field, const int64_t cell[3], doub
     qni_field_load_cell(field, cell, d);
 }
 
+/* What is to be split lies scattered in the volume and the mesh: it is asked for some items ahead,
+ * its samples first, then its quad. */
+enum { AHEAD_FAR = 12, AHEAD_NEAR = 4 };
+
+static void expect_face(const qni_repair_job *job, int64_t index) {
+    if (index >= job->dmc->repair->face_count)
+        return;
+    const qni_doubled_face *face = job->dmc->repair->faces + index;
+    const int64_t cell[3] = {face->cell[0], face->cell[1], face->cell[2]};
+    qni_field_prefetch_rows(&job->dmc->field, cell, -1, 2);
+}
+
+static void expect_quad(const qni_repair_job *job, int64_t index) {
+    if (index >= job->dmc->repair->split_count)
+        return;
+    const qni_quad_split *split = job->dmc->repair->splits + index;
+    const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
+    __builtin_prefetch(job->mesh->quads + 4 * (size_t)split->quad);
+    qni_field_prefetch_rows(&job->dmc->field, cell, 0, 1);
+}
+
+static void expect_split(const qni_repair_job *job, int64_t index) {
+    if (index >= job->dmc->repair->split_count)
+        return;
+    const qni_quad_split *split = job->dmc->repair->splits + index;
+    const int64_t cell[3] = {split->point[0], split->point[1], split->point[2]};
+    qni_field_prefetch_rows(&job->dmc->field, cell, -1, 2);
+    for (int k = 0; k < 4; ++k)
+        __builtin_prefetch(job->mesh->positions + 3 * (size_t)split->corners[k]);
+}
+
 /* The four points of a doubled face: two for each segment, first the one above the face. Returns
  * how many stay on it. */
 static int place_face_points(const qni_repair_job *job, int64_t index) {
@@ -122,17 +153,23 @@ void qni_repair_apply(qni_dmc *dmc, const qni_frame *frame, bool reverse, qn_mes
     int64_t left = 0;
     (void)threads;
 #pragma omp parallel for schedule(static) num_threads(threads)
-    for (int64_t n = 0; n < repair->split_count; ++n)
+    for (int64_t n = 0; n < repair->split_count; ++n) {
+        expect_quad(&job, n + AHEAD_FAR);
         note_quad(&job, repair->splits + n);
+    }
 #pragma omp parallel for schedule(static) reduction(+ : left) num_threads(threads)
-    for (int64_t n = 0; n < repair->face_count; ++n)
+    for (int64_t n = 0; n < repair->face_count; ++n) {
+        expect_face(&job, n + AHEAD_NEAR);
         left += place_face_points(&job, n);
+    }
 #pragma omp parallel for schedule(static) reduction(+ : left) num_threads(threads)
     for (int64_t n = 0; n < 2 * repair->tunnel_count; ++n)
         left += qni_tunnel_place_end(&job, n);
 #pragma omp parallel for schedule(static) num_threads(threads)
-    for (int64_t n = 0; n < repair->split_count; ++n)
+    for (int64_t n = 0; n < repair->split_count; ++n) {
+        expect_split(&job, n + AHEAD_NEAR);
         split_quad(&job, n);
+    }
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int64_t n = 0; n < repair->tunnel_count; ++n)
         qni_tunnel_close(&job, n);

@@ -14,7 +14,12 @@ static void load_run(const qni_field *field, int64_t x, int64_t y, int64_t z, in
 }
 
 void qni_load_stencil(const qni_field *field, const int64_t cell[3], double stencil[QNI_STENCIL]) {
+    static const qni_run runs[12] = {{-1, 0, 0, 4}, {-1, 1, 0, 4}, {-1, 0, 1, 4}, {-1, 1, 1, 4},
+                                     {0, -1, 0, 2}, {0, -1, 1, 2}, {0, 2, 0, 2},  {0, 2, 1, 2},
+                                     {0, 0, -1, 2}, {0, 1, -1, 2}, {0, 0, 2, 2},  {0, 1, 2, 2}};
     const int64_t x = cell[0], y = cell[1], z = cell[2];
+    if (qni_field_load_runs(field, cell, -1, 2, runs, 12, stencil))
+        return;
     for (int n = 0; n < 4; ++n)
         load_run(field, x - 1, y + (n & 1), z + (n >> 1), 4, stencil + 4 * n);
     for (int n = 0; n < 2; ++n) {

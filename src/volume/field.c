@@ -127,6 +127,21 @@ bool qni_field_load_run(const qni_field *field, const int64_t point[3], int64_t 
     return true;
 }
 
+bool qni_field_load_runs(const qni_field *field, const int64_t cell[3], int low, int high,
+                         const qni_run *runs, int count, double *out) {
+    int64_t at[3];
+    if (field->sparse)
+        return false;
+    for (int a = 0; a < 3; ++a) {
+        at[a] = cell[a] - field->border;
+        if (at[a] + low < 0 || at[a] + high >= field->grid->size[a])
+            return false;
+    }
+    const int values = qni_grid_load_plain_runs(field->grid, at, runs, count, out);
+    settle_values(field, values, out);
+    return values > 0;
+}
+
 /* A row of lattice points of any place in the lattice, virtual layer included. */
 void qni_field_load_lattice_row(const qni_field *field, int64_t y, int64_t z, double *out) {
     const qn_grid *grid = field->grid;
@@ -167,41 +182,35 @@ void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double c
         qni_sparse_field_load_cell(field, cell, corner);
         return;
     }
-    bool inner = true;
-    for (int a = 0; a < 3; ++a)
-        inner =
-            inner && cell[a] >= field->border && cell[a] + 1 < field->samples[a] - field->border;
-    const int64_t border = field->border;
-    if (inner && qni_grid_load_plain_cell(field->grid, cell[0] - border, cell[1] - border,
-                                          cell[2] - border, corner)) {
-        settle_values(field, 8, corner);
+    static const qni_run rows[4] = {{0, 0, 0, 2}, {0, 1, 0, 2}, {0, 0, 1, 2}, {0, 1, 1, 2}};
+    if (qni_field_load_runs(field, cell, 0, 1, rows, 4, corner))
         return;
-    }
     for (int n = 0; n < 4; ++n) {
         const int64_t y = cell[1] + (n & 1), z = cell[2] + (n >> 1);
-        if (inner) {
-            load_row(field, cell[0], y, z, 2, corner + 2 * n);
+        const int64_t first[3] = {cell[0], y, z};
+        if (qni_field_load_run(field, first, 2, corner + 2 * n))
             continue;
-        }
         corner[2 * n] = qni_field_value(field, cell[0], y, z);
         corner[2 * n + 1] = qni_field_value(field, cell[0] + 1, y, z);
     }
 }
 
-void qni_field_prefetch_cell(const qni_field *field, const int64_t cell[3]) {
+/* Not in parts: gcc takes a static function that only prefetches for one without effect. */
+void qni_field_prefetch_rows(const qni_field *field, const int64_t cell[3], int low, int high) {
     const qn_grid *grid = field->grid;
     int64_t at[3];
     if (field->sparse)
         return;
     for (int a = 0; a < 3; ++a) {
         at[a] = cell[a] - field->border;
-        if (at[a] < 0 || at[a] + 1 >= grid->size[a])
+        if (at[a] + low < 0 || at[a] + high >= grid->size[a])
             return;
     }
     const char *first = (const char *)grid->samples + at[0] * grid->stride[0] +
                         at[1] * grid->stride[1] + at[2] * grid->stride[2];
-    for (int n = 0; n < 4; ++n)
-        __builtin_prefetch(first + (n & 1) * grid->stride[1] + (n >> 1) * grid->stride[2]);
+    for (int z = low; z <= high; ++z)
+        for (int y = low; y <= high; ++y)
+            __builtin_prefetch(first + y * grid->stride[1] + z * grid->stride[2]);
 }
 
 /* What a tile has of the lattice along one axis: positions [begin, end) of its 11. */

@@ -63,8 +63,9 @@ void qni_field_set_nonfinite(qni_field *field, int64_t nan_count, int64_t infini
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);
 /* Values of the eight corners of a cell of the lattice; corner x + 2 y + 4 z. */
 void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]);
-/* Ask for the samples of a cell that will be loaded soon. */
-void qni_field_prefetch_cell(const qni_field *field, const int64_t cell[3]);
+/* Ask for samples that will be loaded soon: the rows `low` to `high` along y and z from a cell's
+ * lowest corner on, 0 to 1 for its corners. */
+void qni_field_prefetch_rows(const qni_field *field, const int64_t cell[3], int low, int high);
 
 /* The same, one point beyond the lattice's ends too, extrapolated as in tiles. */
 double qni_field_extended_value(const qni_field *field, const int64_t point[3]);
@@ -72,6 +73,15 @@ double qni_field_extended_value(const qni_field *field, const int64_t point[3]);
 /* Values of `count` lattice points along x; false, and nothing written, unless all of them are
  * samples of a dense volume. */
 bool qni_field_load_run(const qni_field *field, const int64_t point[3], int64_t count, double *out);
+
+/* Several short runs along x, from lattice points that lie so far from a cell's lowest corner;
+ * false, and nothing written, unless that is quickly done: `low` and `high` bound the points along
+ * all axes, all of them must be plain samples of a dense volume. */
+typedef struct qni_run {
+    int8_t x, y, z, count;
+} qni_run;
+bool qni_field_load_runs(const qni_field *field, const int64_t cell[3], int low, int high,
+                         const qni_run *runs, int count, double *out);
 
 /* ---- leaves by their signs ------------------------------------------------------------------- */
 

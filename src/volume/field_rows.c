@@ -47,37 +47,46 @@ void qni_samples_load(qn_scalar scalar, const void *from, int64_t count, double 
     }
 }
 
-#define LOAD_CELL(name, type, text)                                                                \
-    static void load_cell_##name(const qn_grid *grid, const char *from, double corner[8]) {        \
-        for (int n = 0; n < 4; ++n) {                                                              \
-            const type *row = (const type *)(const void *)(from + (n & 1) * grid->stride[1] +      \
-                                                           (n >> 1) * grid->stride[2]);            \
-            corner[2 * n] = (double)row[0];                                                        \
-            corner[2 * n + 1] = (double)row[1];                                                    \
+#define LOAD_RUNS(name, type, text)                                                                \
+    static void load_runs_##name(const qn_grid *grid, const char *from, const qni_run *runs,       \
+                                 int count, double *out) {                                         \
+        for (int r = 0; r < count; ++r) {                                                          \
+            const type *row = (const type *)(const void *)(from + runs[r].y * grid->stride[1] +    \
+                                                           runs[r].z * grid->stride[2]);           \
+            for (int n = 0; n < runs[r].count; ++n)                                                \
+                *out++ = (double)row[runs[r].x + n];                                               \
         }                                                                                          \
     }
-QN_SCALAR_MAP(LOAD_CELL)
-#undef LOAD_CELL
+QN_SCALAR_MAP(LOAD_RUNS)
+#undef LOAD_RUNS
 
-bool qni_grid_load_plain_cell(const qn_grid *grid, int64_t i, int64_t j, int64_t k,
-                              double corner[8]) {
-    const char *from = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +
-                       k * grid->stride[2];
-    for (int n = 0; n < 4; ++n)
-        if (!row_is_plain(grid, from + (n & 1) * grid->stride[1] + (n >> 1) * grid->stride[2]))
-            return false;
+/* Rows are aligned when the first is and they lie whole samples apart. */
+static bool runs_are_plain(const qn_grid *grid, const void *from) {
+    const int64_t size = (int64_t)qn_scalar_size(grid->scalar);
+    return row_is_plain(grid, from) && grid->stride[1] % size == 0 && grid->stride[2] % size == 0;
+}
+
+int qni_grid_load_plain_runs(const qn_grid *grid, const int64_t at[3], const qni_run *runs,
+                             int count, double *out) {
+    const char *from = (const char *)grid->samples + at[0] * grid->stride[0] +
+                       at[1] * grid->stride[1] + at[2] * grid->stride[2];
+    int values = 0;
+    if (!runs_are_plain(grid, from))
+        return 0;
     switch (grid->scalar) {
 #define LOAD_CASE(name, type, text)                                                                \
     case QN_##name:                                                                                \
-        load_cell_##name(grid, from, corner);                                                      \
+        load_runs_##name(grid, from, runs, count, out);                                            \
         break;
         QN_SCALAR_MAP(LOAD_CASE)
 #undef LOAD_CASE
     case QN_SCALAR_COUNT:
-        return false;
+        return 0;
     }
-    scale(grid, 8, corner);
-    return true;
+    for (int r = 0; r < count; ++r)
+        values += runs[r].count;
+    scale(grid, values, out);
+    return values;
 }
 
 void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,

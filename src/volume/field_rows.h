@@ -9,10 +9,10 @@
 void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,
                        double *out);
 
-/* The eight corners of the cell whose lowest is sample (i, j, k); false, and nothing written,
- * unless its rows are of the machine's own type, in order and aligned. */
-bool qni_grid_load_plain_cell(const qn_grid *grid, int64_t i, int64_t j, int64_t k,
-                              double corner[8]);
+/* Short runs round sample `at`, all of them samples; how many values, or 0 and nothing written
+ * unless the rows are of the machine's own type, in order and aligned. */
+int qni_grid_load_plain_runs(const qn_grid *grid, const int64_t at[3], const qni_run *runs,
+                             int count, double *out);
 
 /* A whole tile of plain samples less the iso-value, from sample (i, j, k) on; false when the grid
  * is not contiguous along x, swapped, or scaled, and nothing was done. */
