@@ -1,43 +1,27 @@
 // SPDX-License-Identifier: MIT
-/* What each stage costs beside the extraction, on one thread: user time of runs taken in turns, the
- * least of each, so that a busy machine spoils no ratio. stages [part of a volume's name] [runs]
- * [last stage, 0 to 4] */
+/* What each stage costs beside the extraction: user time of runs taken in turns, the least of each,
+ * so that a busy machine spoils no ratio. stages [part of a volume's name] [runs] [threads] */
 #include "bench/bench.h"
+#include "bench/stage_costs.h"
 #include "lib/support.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 
-enum { PLAIN, REPAIRED, HALFEDGES, SIMPLIFIED, RELAXED, STAGES };
-
-static double user_seconds(void) {
-    struct rusage usage;
-    getrusage(RUSAGE_SELF, &usage);
-    return (double)usage.ru_utime.tv_sec + 1e-6 * (double)usage.ru_utime.tv_usec;
+static void print_row(const bench_volume *volume, const stage_costs *c) {
+    const double plain = c->seconds[STAGE_PLAIN];
+    const double vertices = (double)c->report[STAGE_PLAIN].vertices;
+    printf("| %s | %lld | %.1f ns |", volume->name, (long long)c->report[STAGE_REPAIRED].vertices,
+           1e9 * plain / vertices);
+    for (int stage = STAGE_REPAIRED; stage < STAGES; ++stage)
+        printf(" %+.1f %% |", 100 * stage_costs_added(c, stage) / plain);
+    for (int stage = STAGE_PLAIN; stage < STAGES; ++stage)
+        printf("%s%.1f", stage == STAGE_PLAIN ? " " : ", ", stage_costs_bytes(c, stage));
+    printf(" |\n");
+    fflush(stdout);
 }
 
-static qn_surface_options options_of(int stage, const double *iso) {
-    qn_surface_options options;
-    qn_surface_options_init(&options);
-    options.isovalues = iso;
-    options.isovalue_count = 1;
-    options.keep_doubled = stage == PLAIN;
-    options.halfedges = stage == HALFEDGES;
-    options.simplify = stage >= SIMPLIFIED;
-    options.relax = stage == RELAXED ? 3 : 0;
-    return options;
-}
-
-typedef struct costs {
-    double seconds[STAGES]; /* least user time of a whole call */
-    double simplify;        /* of simplification alone, least */
-    qn_surface_report report[STAGES];
-} costs;
-
-/* As many calls in one measurement as take a tenth of a second, for the clock's sake. */
-static bool measure(qn_context *context, const bench_volume *bench, int runs, int last, costs *c) {
+static bool measure(qn_context *context, const bench_volume *bench, int runs, stage_costs *c) {
     qn_grid grid;
     qn_volume *volume = NULL;
     memset(&grid, 0, sizeof grid);
@@ -47,62 +31,27 @@ static bool measure(qn_context *context, const bench_volume *bench, int runs, in
     memcpy(grid.size, bench->size, sizeof grid.size);
     if (qn_volume_create(context, &grid, NULL, NULL, &volume, NULL) != QN_OK)
         return false;
-    int repeats = 1;
-    for (int stage = 0; stage < STAGES; ++stage)
-        c->seconds[stage] = INFINITY;
-    c->simplify = INFINITY;
-    for (int run = 0; run < runs; ++run)
-        for (int stage = 0; stage <= last; ++stage) {
-            const qn_surface_options options = options_of(stage, &bench->iso);
-            const double start = user_seconds();
-            for (int n = 0; n < repeats; ++n) {
-                qn_mesh *mesh = NULL;
-                if (qn_surface(context, volume, &options, &mesh, c->report + stage, NULL) != QN_OK)
-                    return false;
-                qn_mesh_destroy(mesh);
-            }
-            const double took = (user_seconds() - start) / repeats;
-            if (run == 0 && stage == PLAIN)
-                repeats = took < 0.1 ? (int)(0.1 / fmax(took, 1e-3)) + 1 : 1;
-            else
-                c->seconds[stage] = fmin(c->seconds[stage], took);
-            if (stage == SIMPLIFIED)
-                c->simplify = fmin(c->simplify, c->report[stage].seconds_simplify);
-        }
+    const bool good = stage_costs_measure(context, volume, bench->iso, false, runs, STAGES - 1, c);
     qn_volume_destroy(volume);
-    return true;
-}
-
-static void print_row(const bench_volume *volume, const costs *c) {
-    const double *s = c->seconds, vertices = (double)c->report[PLAIN].vertices;
-    printf("| %s | %lld | %.1f ns | %+.1f %% | %+.0f %% | %.0f %% (%.1f ns; wall) | %+.0f %% | "
-           "%+.0f %% | %.0f, %.0f |\n",
-           volume->name, (long long)c->report[REPAIRED].vertices, 1e9 * s[PLAIN] / vertices,
-           100 * (s[REPAIRED] / s[PLAIN] - 1), 100 * (s[HALFEDGES] - s[REPAIRED]) / s[PLAIN],
-           100 * c->simplify / s[PLAIN], 1e9 * c->simplify / vertices,
-           100 * (s[SIMPLIFIED] - s[REPAIRED]) / s[PLAIN],
-           100 * (s[RELAXED] - s[SIMPLIFIED]) / s[PLAIN],
-           (double)c->report[REPAIRED].scratch_bytes / vertices,
-           (double)c->report[RELAXED].scratch_bytes / vertices);
-    fflush(stdout);
+    return good;
 }
 
 int main(int argc, char **argv) {
-    qn_context *context = test_context(1);
     const int runs = argc > 2 ? atoi(argv[2]) : 5;
-    const int last = argc > 3 && atoi(argv[3]) < STAGES ? atoi(argv[3]) : STAGES - 1;
+    qn_context *context = test_context(argc > 3 ? atoi(argv[3]) : 1);
     printf(
-        "| volume | vertices | extraction, a vertex | repair | halfedges | simplification alone | "
-        "with what it needs | relaxation, 3 sweeps | bytes a vertex beside the mesh, without and "
-        "with these |\n|---|---|---|---|---|---|---|---|---|\n");
+        "| volume | vertices | extraction with normals, a vertex | repair | halfedges | "
+        "simplification without halfedges | with them, beside them | relaxation, 3 sweeps | bytes "
+        "a vertex beside the mesh: extraction, and each of these |\n"
+        "|---|---|---|---|---|---|---|---|---|\n");
     for (int n = 0; n < BENCH_VOLUMES; ++n) {
         bench_volume volume;
-        costs c;
+        stage_costs costs;
         if ((argc > 1 && !strstr(bench_volume_name(n), argv[1])) || !bench_volume_make(n, &volume))
             continue;
-        memset(&c, 0, sizeof c);
-        if (measure(context, &volume, runs, last, &c))
-            print_row(&volume, &c);
+        memset(&costs, 0, sizeof costs);
+        if (measure(context, &volume, runs, &costs))
+            print_row(&volume, &costs);
         bench_volume_free(&volume);
     }
     qn_context_destroy(context);
