@@ -2,15 +2,35 @@
 /* The facade: checks the options, runs the surfacer for each iso-value; contains no numerics. */
 #include <qn/surface.h>
 #include "cms/cms.h"
+#include "core/parallel.h"
 #include "core/status.h"
 #include "dmc/dmc.h"
 #include "gpu/gpu.h"
 #include "mesh/mesh.h"
+#include "mesh/untangle.h"
 #include "solid/sampled.h"
 #include "qni_config.h"
 
 #include <math.h>
 #include <string.h>
+
+static qn_status untangle(qn_context *context, const qn_volume *volume,
+                          const qn_surface_options *options, qn_mesh *mesh,
+                          qn_surface_report *report, qn_error *error) {
+    const double start = qni_seconds();
+    qni_untangle_options settings = {.everywhere = options->untangle == QN_UNTANGLE_ALL,
+                                     .gives_inward = options->inside == QN_INSIDE_BELOW};
+    qni_untangle_report done;
+    memcpy(settings.to_world, qn_volume_grid(volume)->index_to_world, sizeof settings.to_world);
+    QN_TRY(qni_mesh_untangle(context, mesh, &settings, &done, error));
+    report->crossings = done.crossings;
+    report->crossings_left = done.crossings_left;
+    report->untangled_vertices = done.moved_vertices;
+    report->untangled_farthest = done.farthest;
+    report->seconds_untangle = qni_seconds() - start;
+    report->seconds_total += report->seconds_untangle;
+    return QN_OK;
+}
 
 static qn_status one_isovalue(qn_context *context, const qn_volume *volume, double isovalue,
                               const qn_surface_options *options, qn_mesh **mesh_out,
@@ -27,6 +47,8 @@ static qn_status one_isovalue(qn_context *context, const qn_volume *volume, doub
         report->device = QN_DEVICE_CPU;
         memcpy(report->device_note, on_gpu.device_note, sizeof report->device_note);
     }
+    if (*mesh_out && options->untangle != QN_UNTANGLE_OFF)
+        QN_TRY(untangle(context, volume, options, *mesh_out, report, error));
     if (*mesh_out && options->triangles)
         QN_TRY(qn_mesh_triangulate(context, *mesh_out, error));
     return QN_OK;
@@ -46,6 +68,9 @@ static qn_status check_options(const qn_surface_options *options, qn_mesh **mesh
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "relax is %d: it counts sweeps and cannot be negative",
                         (int)options->relax);
+    if ((unsigned)options->untangle > QN_UNTANGLE_ALL)
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "untangle is %d: there is none such",
+                        (int)options->untangle);
     if ((unsigned)options->device > QN_DEVICE_CUDA)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "device is %d: there is none such",
                         (int)options->device);

@@ -13,10 +13,9 @@ int mesh_cms_check_options(const cli_options *options) {
         bool given;
         const char *name;
     } rows[] = {
-        {options->simplify, "--simplify"},
-        {options->relax > 0, "--relax"},
-        {options->no_reproject, "--no-reproject"},
-        {options->keep_doubled, "--manifold off"},
+        {options->simplify, "--simplify"},         {options->relax > 0, "--relax"},
+        {options->no_reproject, "--no-reproject"}, {options->keep_doubled, "--manifold off"},
+        {options->untangle_given, "--untangle"},
     };
     for (size_t n = 0; n < sizeof rows / sizeof *rows; ++n)
         if (rows[n].given)

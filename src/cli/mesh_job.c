@@ -55,6 +55,12 @@ static void tell_details(const mesh_job *job, int32_t i) {
     if (job->session->options->relax > 0)
         cli_tell(job->session, "  relaxed: %" PRId64 " vertices moved; %.3f s", s->relaxed_vertices,
                  s->seconds_relax);
+    if (s->crossings > 0)
+        cli_tell(job->session,
+                 "  untangled: %" PRId64 " crossing pairs found, %" PRId64 " left; %" PRId64
+                 " vertices moved by %.2f cells at most; %.3f s",
+                 s->crossings, s->crossings_left, s->untangled_vertices, s->untangled_farthest,
+                 s->seconds_untangle);
     cli_tell(job->session, "  seconds: read %.3f, classify %.3f, emit %.3f, check %.3f, write %.3f",
              job->seconds_read, s->seconds_classify, s->seconds_emit, result->seconds_check,
              result->seconds_write);
@@ -154,21 +160,22 @@ void mesh_job_tell_plan(const mesh_job *job, int32_t i) {
 
 static json_t *report_options(const mesh_job *job) {
     static const char *const device_names[] = {"auto", "cpu", "cuda"};
+    static const char *const untangle_names[] = {"off", "on", "all"};
     const cli_options *options = job->session->options;
-    return json_pack("{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
-                     "s:s, s:i, s:b}",
-                     "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
-                     options->isovalue_count > 0 ? "given" : "auto", "inside",
-                     job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
-                     options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open,
-                     "manifold", !options->keep_doubled, "topology",
-                     options->exact_topology ? "exact" : "discs", "simplify", options->simplify,
-                     "simplify_passes", (int)options->simplify_passes, "reproject",
-                     !options->no_reproject, "relax", (int)options->relax, "faces",
-                     options->triangles ? "triangles" : "quads", "normals", !options->skip_normals,
-                     "ascii", options->ascii, "mode", options->cms ? "cms" : "dmc", "device",
-                     device_names[options->device], "threads",
-                     (int)qn_context_threads(job->session->context), "dry_run", options->dry_run);
+    return json_pack(
+        "{s:o, s:s, s:s, s:s, s:b, s:b, s:s, s:b, s:i, s:b, s:i, s:s, s:b, s:b, s:s, "
+        "s:s, s:i, s:b, s:s}",
+        "isovalues", report_reals(job->isovalues, job->count), "isovalues_chosen",
+        options->isovalue_count > 0 ? "given" : "auto", "inside",
+        job->inside == QN_INSIDE_BELOW ? "below" : "above", "inside_chosen",
+        options->inside == INSIDE_AUTO ? "auto" : "given", "closed", !options->open, "manifold",
+        !options->keep_doubled, "topology", options->exact_topology ? "exact" : "discs", "simplify",
+        options->simplify, "simplify_passes", (int)options->simplify_passes, "reproject",
+        !options->no_reproject, "relax", (int)options->relax, "faces",
+        options->triangles ? "triangles" : "quads", "normals", !options->skip_normals, "ascii",
+        options->ascii, "mode", options->cms ? "cms" : "dmc", "device",
+        device_names[options->device], "threads", (int)qn_context_threads(job->session->context),
+        "dry_run", options->dry_run, "untangle", untangle_names[options->untangle]);
 }
 
 static json_t *report_output(const mesh_job *job, int32_t i) {

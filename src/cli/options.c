@@ -28,6 +28,7 @@ enum {
     OPTION_CLOSED,
     OPTION_MANIFOLD,
     OPTION_TOPOLOGY,
+    OPTION_UNTANGLE,
     OPTION_INSIDE,
     OPTION_NO_NORMALS,
     OPTION_FROM,
@@ -164,6 +165,9 @@ const cli_option_row cli_option_rows[] = {
      "joins two of them inside a cell, so that a closed mesh has its topology"},
     {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
     {OPTION_TRIS, 0, "tris", NULL, MESH | CSG | REMESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
+    {OPTION_UNTANGLE, 0, "untangle", "on|off|all", MESH | CSG | REMESH, NULL,
+     "--mode dmc: on (the default) moves vertices off the surface, by some tenths of a voxel, where faces would cross each other; looked for "
+     "where it is likely; all looks everywhere, which takes much longer; off leaves every vertex on the surface"},
     {OPTION_SIMPLIFY, 0, "simplify", NULL, MESH, NULL,
      "remove quads of valences 3-X-3-Y and 3-3-3-3: fewer irregular vertices, the same topology"},
     {OPTION_SIMPLIFY_PASSES, 0, "simplify-passes", "N|paper", MESH, NULL,
@@ -292,6 +296,12 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         break;
     case OPTION_TOPOLOGY:
         options->exact_topology = index == 1;
+        break;
+    case OPTION_UNTANGLE:
+        options->untangle = index == 0   ? QN_UNTANGLE_NEAR
+                            : index == 1 ? QN_UNTANGLE_OFF
+                                         : QN_UNTANGLE_ALL;
+        options->untangle_given = true;
         break;
     case OPTION_CREASES:
         options->solid.creases = index == 0   ? QN_CREASES_AUTO
@@ -514,9 +524,9 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
 
 static bool is_choice(const cli_option_row *row) {
     return row->id == OPTION_INSIDE || row->id == OPTION_CLOSED || row->id == OPTION_MANIFOLD ||
-           row->id == OPTION_TOPOLOGY || row->id == OPTION_TRANSFORM ||
-           row->id == OPTION_PROGRESS || row->id == OPTION_MODE || row->id == OPTION_SIGN ||
-           row->id == OPTION_DEVICE || row->id == OPTION_CREASES;
+           row->id == OPTION_TOPOLOGY || row->id == OPTION_UNTANGLE ||
+           row->id == OPTION_TRANSFORM || row->id == OPTION_PROGRESS || row->id == OPTION_MODE ||
+           row->id == OPTION_SIGN || row->id == OPTION_DEVICE || row->id == OPTION_CREASES;
 }
 
 static int apply(cli_options *options, const cli_option_row *row, const char *text) {
@@ -615,6 +625,7 @@ int cli_options_parse(cli_verb verb, int argc, char **argv, cli_options *options
     memset(options, 0, sizeof *options);
     options->verb = verb;
     options->inside = INSIDE_AUTO;
+    options->untangle = QN_UNTANGLE_NEAR;
     qn_volume_read_options_init(&options->read);
     qn_solid_surface_options_init(&options->solid);
     opterr = 0;

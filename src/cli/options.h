@@ -70,6 +70,8 @@ typedef struct cli_options {
     const char *report;
     int32_t threads;
     qn_device device;
+    qn_untangle untangle;
+    bool untangle_given;
     cli_progress_choice progress;
     bool quiet;
     int verbose;

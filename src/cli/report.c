@@ -129,6 +129,11 @@ json_t *report_surface(const qn_surface_report *s) {
     set_integer(object, "simplify_passes", s->simplify_passes);
     set_real(object, "seconds_simplify", s->seconds_simplify);
     set_real(object, "seconds_relax", s->seconds_relax);
+    set_integer(object, "crossings", s->crossings);
+    set_integer(object, "crossings_left", s->crossings_left);
+    set_integer(object, "untangled_vertices", s->untangled_vertices);
+    set_real(object, "untangled_farthest", s->untangled_farthest);
+    set_real(object, "seconds_untangle", s->seconds_untangle);
     json_object_set_new(object, "device",
                         json_string(s->device == QN_DEVICE_CUDA ? "cuda" : "cpu"));
     json_object_set_new(object, "device_note",

@@ -123,6 +123,7 @@ static int make_dual_surface(solid_job *job) {
     qn_surface_options_init(&options);
     options.inside = QN_INSIDE_BELOW;
     options.triangles = job->session->options->triangles;
+    options.untangle = job->session->options->untangle;
     qn_error error;
     const int exit_code = cli_fail(job->session,
                                    qn_surface(job->session->context, job->band.volume, &options,

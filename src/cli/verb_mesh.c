@@ -145,6 +145,7 @@ static int extract(mesh_job *job) {
     surface.simplify_passes = options->simplify_passes;
     surface.no_reproject = options->no_reproject;
     surface.relax = options->relax;
+    surface.untangle = options->untangle;
     surface.count_only = options->dry_run;
     double started = cli_seconds();
     qn_error error;

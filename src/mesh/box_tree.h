@@ -26,4 +26,10 @@ typedef struct qni_box_tree {
 qn_status qni_box_tree_create(qni_check *check, qni_check_span span, qni_box_tree *tree);
 void qni_box_tree_destroy(qni_check *check, qni_box_tree *tree);
 
+/* The pairs of triangles that meet where they should not (check_intersections.c). `wanted`, a byte
+ * a vertex or NULL: only pairs with a corner where it is not 0. `marks`, likewise: set to 1 at
+ * their corners. */
+qn_status qni_count_crossings(qni_check *check, const qni_box_tree *tree, qni_check_span span,
+                              const uint8_t *wanted, uint8_t *marks, int64_t *count_out);
+
 #endif

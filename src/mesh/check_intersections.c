@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* Pairs of triangles that meet where they should not: each row of eight triangles walks down the
- * tree of boxes for the rows at or after its own, so that every pair is tried once. */
+ * tree of boxes for the others, so that every pair is tried once. */
 #include "mesh/box_tree.h"
 #include "mesh/triangle_pair.h"
 #include "core/context.h"
@@ -17,7 +17,10 @@ typedef struct box {
 typedef struct pair_job {
     qni_check *check;
     const qni_box_tree *tree;
-    int64_t *found; /* a block */
+    int64_t *found;        /* a block */
+    const uint8_t *wanted; /* a vertex, or NULL for all */
+    uint8_t *wanted_rows;  /* a row: it has a triangle with a wanted corner; NULL for all */
+    uint8_t *marks;        /* a vertex, or NULL */
 } pair_job;
 
 /* Which of the row's boxes touch the box; bit k for slot k. */
@@ -52,10 +55,26 @@ static box box_of_row(const qni_box_row *row) {
     return b;
 }
 
-/* Pairs of a triangle of row a and a later one of row b. */
+static bool has_wanted(const pair_job *job, const uint32_t t[3]) {
+    return job->wanted[t[0]] | job->wanted[t[1]] | job->wanted[t[2]];
+}
+
+static bool meet(const pair_job *job, int64_t i, int64_t j) {
+    const uint32_t *a = job->tree->triangles[i], *b = job->tree->triangles[j];
+    if (job->wanted && !has_wanted(job, a) && !has_wanted(job, b))
+        return false;
+    if (!qni_triangles_meet(job->check->mesh.positions, a, b))
+        return false;
+    for (int k = 0; job->marks && k < 3; ++k) {
+        __atomic_store_n(&job->marks[a[k]], 1, __ATOMIC_RELAXED);
+        __atomic_store_n(&job->marks[b[k]], 1, __ATOMIC_RELAXED);
+    }
+    return true;
+}
+
+/* Pairs of a triangle of row a and another one of row b; a later one, where they are one row. */
 static int64_t meet_rows(const pair_job *job, int64_t a, int64_t b) {
     const qni_box_tree *tree = job->tree;
-    const float *positions = job->check->mesh.positions;
     const qni_box_row *row_a = &tree->rows[0][a], *row_b = &tree->rows[0][b];
     box whole_b = box_of_row(row_b);
     int64_t found = 0;
@@ -66,8 +85,7 @@ static int64_t meet_rows(const pair_job *job, int64_t a, int64_t b) {
         if (a == b)
             mask &= 0xfeu << i;
         for (; mask; mask &= mask - 1)
-            found += qni_triangles_meet(positions, tree->triangles[QNI_BOX_WIDTH * a + i],
-                                        tree->triangles[QNI_BOX_WIDTH * b + __builtin_ctz(mask)]);
+            found += meet(job, QNI_BOX_WIDTH * a + i, QNI_BOX_WIDTH * b + __builtin_ctz(mask));
     }
     return found;
 }
@@ -77,8 +95,11 @@ typedef struct step {
     int64_t row;
 } step;
 
-static int64_t meet_later_rows(const pair_job *job, int64_t a) {
+/* Every pair of rows is tried once, from its first row; where not all are wanted, from its first
+ * wanted one. */
+static int64_t meet_other_rows(const pair_job *job, int64_t a) {
     const qni_box_tree *tree = job->tree;
+    const uint8_t *wanted = job->wanted_rows;
     step stack[QNI_BOX_LEVELS * QNI_BOX_WIDTH];
     box mine = box_of_row(&tree->rows[0][a]);
     int depth = 0;
@@ -87,13 +108,14 @@ static int64_t meet_later_rows(const pair_job *job, int64_t a) {
     while (depth > 0) {
         step s = stack[--depth];
         if (s.level == 0) {
-            found += meet_rows(job, a, s.row);
+            if (s.row >= a || (wanted && !wanted[s.row]))
+                found += meet_rows(job, a, s.row);
             continue;
         }
         for (unsigned mask = touching(&tree->rows[s.level][s.row], &mine); mask; mask &= mask - 1) {
             int64_t child = QNI_BOX_WIDTH * s.row + __builtin_ctz(mask);
             int64_t end = (child + 1) << (3 * (s.level - 1)); /* of its rows on level 0 */
-            if (end > a)
+            if (end > a || wanted)
                 stack[depth++] = (step){s.level - 1, child};
         }
     }
@@ -104,20 +126,40 @@ static void meet_block(void *pointer, int64_t block, int64_t begin, int64_t end)
     pair_job *job = pointer;
     int64_t found = 0;
     for (int64_t row = begin; row < end; ++row)
-        found += meet_later_rows(job, row);
+        if (!job->wanted_rows || job->wanted_rows[row])
+            found += meet_other_rows(job, row);
     job->found[block] = found;
 }
 
-static qn_status count_pairs(qni_check *check, const qni_box_tree *tree, qni_check_span span) {
-    int64_t rows = tree->row_count[0], blocks = qni_block_count(rows, BLOCK);
-    pair_job job = {check, tree, qni_alloc(check->context, blocks, sizeof *job.found)};
-    if (!job.found)
-        return qni_fail_memory(check->error, "the search for self-intersections");
-    qn_status status = qni_check_blocks(check, rows, BLOCK, span, meet_block, &job);
+static void want_rows(const pair_job *job) {
+    const qni_box_tree *tree = job->tree;
+    for (int64_t row = 0; row < tree->row_count[0]; ++row) {
+        int64_t end = QNI_BOX_WIDTH * (row + 1);
+        end = end < tree->triangle_count ? end : tree->triangle_count;
+        job->wanted_rows[row] = 0;
+        for (int64_t t = QNI_BOX_WIDTH * row; t < end; ++t)
+            job->wanted_rows[row] |= has_wanted(job, tree->triangles[t]);
+    }
+}
+
+qn_status qni_count_crossings(qni_check *check, const qni_box_tree *tree, qni_check_span span,
+                              const uint8_t *wanted, uint8_t *marks, int64_t *count_out) {
+    const int64_t rows = tree->row_count[0], blocks = qni_block_count(rows, BLOCK);
+    pair_job job = {.check = check, .tree = tree, .wanted = wanted, .marks = marks};
+    qn_status status = QN_OK;
     int64_t total = 0;
+    job.found = qni_alloc_zero(check->context, blocks, sizeof *job.found);
+    job.wanted_rows = wanted ? qni_alloc(check->context, rows, 1) : NULL;
+    if (!job.found || (wanted && !job.wanted_rows))
+        status = qni_fail_memory(check->error, "the search for self-intersections");
+    if (status == QN_OK && wanted)
+        want_rows(&job);
+    if (status == QN_OK)
+        status = qni_check_blocks(check, rows, BLOCK, span, meet_block, &job);
     for (int64_t b = 0; status == QN_OK && b < blocks; ++b)
         total += job.found[b];
-    check->report->self_intersections = total;
+    *count_out = total;
+    qni_free(check->context, job.wanted_rows, rows, 1);
     qni_free(check->context, job.found, blocks, sizeof *job.found);
     return status;
 }
@@ -127,7 +169,8 @@ qn_status qni_check_intersections(qni_check *check, qni_check_span span) {
     const qni_check_span building = {span.from, middle}, pairing = {middle, span.to};
     qni_box_tree tree;
     QN_TRY(qni_box_tree_create(check, building, &tree));
-    qn_status status = count_pairs(check, &tree, pairing);
+    qn_status status =
+        qni_count_crossings(check, &tree, pairing, NULL, NULL, &check->report->self_intersections);
     qni_box_tree_destroy(check, &tree);
     return status;
 }

@@ -19,6 +19,16 @@ typedef enum qn_topology {
                           surface */
 } qn_topology;
 
+/* Faces of a dual mesh can cross each other where its cells are too coarse for the surface: several
+ * sheets in a cell, samples at the iso-value, edges taken apart. */
+typedef enum qn_untangle {
+    QN_UNTANGLE_OFF,  /* every vertex stays where it was put, on the interpolant */
+    QN_UNTANGLE_NEAR, /* looks where faces are bent over or vertices lie on lattice faces, where
+                         nearly all crossings are; a tenth of the time of the surface where there
+                         are none */
+    QN_UNTANGLE_ALL   /* looks everywhere; takes ten times as long as the surface itself */
+} qn_untangle;
+
 /* Where to work. The result has the same bytes on either. */
 typedef enum qn_device {
     QN_DEVICE_AUTO, /* the GPU where there is one, it can do what is asked, and the volume is large
@@ -51,6 +61,10 @@ typedef struct qn_surface_options {
                     * simplification. */
     qn_topology topology; /* an open surface's tunnels at its rim are left out */
     qn_device device;
+    qn_untangle untangle; /* vertices near crossing faces are drawn towards the middle of their
+                           * neighbours, by some tenths of a cell, until no two triangles cross:
+                           * those of the cut that files and checks make of the quads. After all
+                           * else; faces and counts stay */
 } qn_surface_options;
 
 static inline void qn_surface_options_init(qn_surface_options *options) {
@@ -100,6 +114,12 @@ typedef struct qn_surface_report {
     char device_note[120];      /* why QN_DEVICE_AUTO took the processor, or empty */
     int32_t device_slabs; /* parts in which the volume went through a GPU: 1 where its memory held
                              all; 0 on the processor */
+    /* With options->untangle. */
+    int64_t crossings;          /* pairs of triangles found to cross */
+    int64_t crossings_left;     /* pairs that are left, of those that were found */
+    int64_t untangled_vertices; /* vertices that were moved for it, off the surface */
+    double untangled_farthest;  /* the largest of these moves, in cells */
+    double seconds_untangle;
 } qn_surface_report;
 
 /* Extract the surfaces { p : volume(p) = iso } of the trilinear interpolant as consistently
