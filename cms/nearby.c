@@ -91,6 +91,11 @@ static qn_status nearby_values(const qn_solid *solid, int64_t count, const doubl
     return part->ops->values(part, count, points, values);
 }
 
+static qn_status nearby_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                               bool *inside) {
+    return qni_solid_inside(part_of(solid), count, points, inside);
+}
+
 static qn_status nearby_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
                                   double (*gradients)[3], int32_t *owners) {
     const qn_solid *part = part_of(solid);
@@ -120,6 +125,7 @@ static const qni_solid_ops nearby_ops = {
     .bounds = nearby_bounds,
     .crossings = nearby_crossings,
     .restrict_to = nearby_restrict,
+    .inside = nearby_inside,
 };
 
 void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite) {

@@ -97,16 +97,12 @@ static void place_of(const way_job *job, int sample, double point[3]) {
 }
 
 static bool take_samples(way_job *job) {
-    double points[SAMPLES][3], values[SAMPLES];
+    double points[SAMPLES][3];
     for (int n = 0; n < SAMPLES; ++n)
         place_of(job, n, points[n]);
-    const qn_solid *solid = job->patch->solid;
-    if (solid->ops->values(solid, SAMPLES, (const double(*)[3])points, values) != QN_OK)
-        return false;
-    for (int n = 0; n < SAMPLES; ++n)
-        job->inside[n] = values[n] < 0;
     memset(job->blocked, 0, sizeof job->blocked);
-    return true;
+    return qni_solid_inside(job->patch->solid, SAMPLES, (const double(*)[3])points, job->inside) ==
+           QN_OK;
 }
 
 /* The samples next to a loop on one of its sides; false when there is none. */

@@ -62,6 +62,24 @@ static qn_status combine_values(const qn_solid *solid, int64_t count, const doub
     return QN_OK;
 }
 
+/* The signs of the values, from those of the parts. */
+static qn_status combine_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                bool *inside) {
+    const combination *c = (const combination *)solid;
+    for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
+        bool each[QNI_SOLID_BLOCK], any[QNI_SOLID_BLOCK] = {false};
+        int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
+        for (int64_t n = 0; n < c->count; ++n) {
+            QN_TRY(qni_solid_inside(c->parts[n], block, points + first, each));
+            for (int64_t i = 0; i < block; ++i)
+                any[i] = any[i] || each[i] == (c->signs[n] > 0);
+        }
+        for (int64_t i = 0; i < block; ++i)
+            inside[first + i] = any[i] == (c->sign > 0);
+    }
+    return QN_OK;
+}
+
 /* The gradients of the points of one block for which part n is active: gathered, asked for at once,
  * put back. */
 static qn_status part_gradients(const combination *c, int64_t n, int64_t count,
@@ -332,6 +350,7 @@ static const qni_solid_ops combine_ops = {
     .crossings = combine_crossings,
     .restrict_to = combine_restrict,
     .slopes = combine_slopes,
+    .inside = combine_inside,
 };
 
 static combination *create(qn_context *context, double sign, int64_t count) {

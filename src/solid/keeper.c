@@ -40,6 +40,11 @@ static qn_status keeper_crossings(const qn_solid *solid, const double a[3], cons
     return part_of(solid)->ops->crossings(part_of(solid), a, b, capacity, crossings, count_out);
 }
 
+static qn_status keeper_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                               bool *inside) {
+    return qni_solid_inside(part_of(solid), count, points, inside);
+}
+
 static keeper *create(qn_context *context, const qn_solid *part);
 
 static qn_status keeper_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
@@ -68,6 +73,7 @@ static const qni_solid_ops keeper_ops = {
     .bounds = keeper_bounds,
     .crossings = keeper_crossings,
     .restrict_to = keeper_restrict,
+    .inside = keeper_inside,
 };
 
 static keeper *create(qn_context *context, const qn_solid *part) {

@@ -92,11 +92,23 @@ bool qni_boxes_meet(const qni_box *a, const qni_box *b) {
     return true;
 }
 
-qn_status qni_solid_contains(const qn_solid *solid, const double p[3], bool *inside_out) {
-    double value, point[1][3] = {{p[0], p[1], p[2]}};
-    QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])point, &value));
-    *inside_out = value < 0;
+qn_status qni_solid_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                           bool *inside) {
+    if (solid->ops->inside)
+        return solid->ops->inside(solid, count, points, inside);
+    for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
+        double values[QNI_SOLID_BLOCK];
+        int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
+        QN_TRY(solid->ops->values(solid, block, points + first, values));
+        for (int64_t i = 0; i < block; ++i)
+            inside[first + i] = values[i] < 0;
+    }
     return QN_OK;
+}
+
+qn_status qni_solid_contains(const qn_solid *solid, const double p[3], bool *inside_out) {
+    double point[1][3] = {{p[0], p[1], p[2]}};
+    return qni_solid_inside(solid, 1, (const double(*)[3])point, inside_out);
 }
 
 void qni_unit(const double v[3], const double fallback[3], double unit[3]) {

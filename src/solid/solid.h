@@ -75,6 +75,10 @@ qn_status qni_find_crossings(const qn_solid *solid, const double a[3], const dou
 qn_status qni_find_single(const qn_solid *solid, const double a[3], const double b[3],
                           const double values[2], qni_crossing *crossing);
 
+/* Which points have values below 0, the cheapest way there is. */
+qn_status qni_solid_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                           bool *inside);
+
 qn_solid *qni_solid_retain(const qn_solid *solid);
 
 /* The same solid with an infinite box: for one whose box says where to look, not where it ends.

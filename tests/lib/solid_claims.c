@@ -120,6 +120,14 @@ static void restriction_changes_nothing(check *test) {
     for (int n = 0; n < POINTS; ++n)
         CLAIM(test, values[n] == restricted_values[n],
               "f = %.17g, restricted to a box around %.17g", values[n], restricted_values[n]);
+    bool inside[2][POINTS];
+    CLAIM(test,
+          qni_solid_inside(test->solid, POINTS, (const double(*)[3])points, inside[0]) == QN_OK &&
+              qni_solid_inside(restricted, POINTS, (const double(*)[3])points, inside[1]) == QN_OK,
+          "no signs");
+    for (int n = 0; n < POINTS; ++n)
+        CLAIM(test, inside[0][n] == (values[n] < 0) && inside[1][n] == inside[0][n],
+              "f = %.17g, but inside is %d, restricted %d", values[n], inside[0][n], inside[1][n]);
     for (int n = 8; n + 1 < POINTS; n += 2) {
         qni_crossing all[ROOM], some[ROOM];
         int count = crossings_of(test, test->solid, points[n], points[n + 1], all);
