@@ -8,6 +8,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static void tell_result(cli_session *session, const qn_mesh *mesh, int64_t quads_before,
                         int64_t bytes) {
@@ -49,8 +50,12 @@ static int convert_volume(cli_session *session) {
             session, qn_volume_write(session->context, volume, options->output, &error), &error);
     if (!exit_code) {
         const int64_t *size = qn_volume_grid(volume)->size;
-        cli_tell(session, "%s: a volume of %" PRId64 " x %" PRId64 " x %" PRId64 " samples",
-                 options->output, size[0], size[1], size[2]);
+        char bytes[NUMBER_TEXT_SIZE];
+        struct stat info;
+        const bool known = stat(options->output, &info) == 0 && S_ISREG(info.st_mode);
+        cli_tell(session, "%s: a volume of %" PRId64 " x %" PRId64 " x %" PRId64 " samples%s%s",
+                 options->output, size[0], size[1], size[2], known ? ", " : "",
+                 known ? number_format_bytes(info.st_size, bytes) : "");
     }
     qn_volume_destroy(volume);
     return exit_code;

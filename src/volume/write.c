@@ -12,7 +12,10 @@
 #include <stdio.h>
 #include <string.h>
 
-static const int64_t largest_dense = INT64_C(8) << 30;
+/* A sparse volume as a dense file: never more than the first, and from the second on only when it
+ * is not all but empty. A damaged file can hold two leaves at the ends of the world. */
+static const int64_t largest_dense = INT64_C(8) << 30, large_dense = INT64_C(1) << 30;
+enum { MOST_TIMES_THE_LEAVES = 256 };
 enum { LARGEST_NIFTI_SIDE = 32767, NIFTI_HEADER = 352, NPY_HEADER = 128 };
 
 /* ---- rows of samples ------------------------------------------------------------------------- */
@@ -161,23 +164,36 @@ static void nifti_header(const qn_grid *grid, unsigned char header[NIFTI_HEADER]
 
 /* ---- files ----------------------------------------------------------------------------------- */
 
+/* Bytes of the samples of a dense file; INT64_MAX where they cannot be counted. */
+static int64_t dense_bytes(const qn_grid *grid) {
+    int64_t bytes = (int64_t)qn_scalar_size(grid->scalar);
+    for (int a = 0; a < 3; ++a)
+        if (__builtin_mul_overflow(bytes, grid->size[a], &bytes))
+            return INT64_MAX;
+    return bytes;
+}
+
+static bool is_too_empty(const qn_volume *volume, int64_t bytes) {
+    const qn_sparse_grid *grid = &volume->sparse->grid;
+    const int64_t leaf_bytes = 512 * (int64_t)qn_scalar_size(grid->scalar);
+    return bytes > large_dense && bytes / MOST_TIMES_THE_LEAVES > grid->leaf_count * leaf_bytes;
+}
+
 static qn_status check_dense(const qn_volume *volume, const char *path, bool nifti,
                              qn_error *error) {
     const qn_grid *grid = &volume->grid;
-    int64_t bytes = 8;
-    bool too_large = false, too_long = false;
-    for (int a = 0; a < 3; ++a) {
-        too_large = __builtin_mul_overflow(bytes, grid->size[a], &bytes) || too_large;
+    const int64_t bytes = dense_bytes(grid);
+    bool too_long = false;
+    for (int a = 0; a < 3; ++a)
         too_long = too_long || grid->size[a] > LARGEST_NIFTI_SIDE;
-    }
-    too_large = too_large || bytes / 8 * (int64_t)qn_scalar_size(grid->scalar) > largest_dense;
-    if (!(too_large && volume->sparse) && !(too_long && nifti))
+    const bool too_large = volume->sparse && (bytes > largest_dense || is_too_empty(volume, bytes));
+    if (!too_large && !(too_long && nifti))
         return QN_OK;
     return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                    "%.200s: the box of %lld x %lld x %lld samples is too large for a dense file; "
-                    "write a .vdb",
+                    "%.200s: the box of %lld x %lld x %lld samples is too large for a dense file "
+                    "(%.1f GB); write a .vdb",
                     path, (long long)grid->size[0], (long long)grid->size[1],
-                    (long long)grid->size[2]);
+                    (long long)grid->size[2], (double)bytes / 1e9);
 }
 
 static qn_status write_dense(qn_context *context, const qn_volume *volume, const char *path,

@@ -238,6 +238,27 @@ static const char *write_one(const char *name) {
     return path;
 }
 
+/* Two leaves at the ends of a large box: legal, and gigabytes of nothing as a dense file. */
+static void an_empty_box_is_not_written_densely(void **state) {
+    (void)state;
+    static float values[2][512];
+    const int32_t origins[2][3] = {{0, 0, 0}, {896, 896, 896}};
+    const qn_sparse_grid grid = {
+        .scalar = QN_F32, .leaf_count = 2, .origins = origins, .values = values, .background = 1};
+    qn_context *context = test_context(1);
+    qn_volume *volume;
+    qn_error error;
+    assert_int_equal(qn_volume_create_sparse(context, &grid, NULL, NULL, &volume, NULL), QN_OK);
+    const char *path = test_scratch_path(&scratch, "large.npy");
+    assert_int_equal(qn_volume_write(context, volume, path, &error), QN_ERROR_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "904 x 904 x 904 samples"));
+    assert_non_null(strstr(error.message, "3.0 GB"));
+    struct stat status;
+    assert_int_not_equal(stat(path, &status), 0);
+    qn_volume_destroy(volume);
+    test_context_end(context);
+}
+
 static void a_file_that_is_cut_short_is_refused(void **state) {
     (void)state;
     struct stat status;
@@ -286,6 +307,7 @@ int main(void) {
         cmocka_unit_test(dense_files_hold_the_box),
         cmocka_unit_test(data_files_are_what_their_readme_says),
         cmocka_unit_test(what_cannot_be_read_is_refused_by_name),
+        cmocka_unit_test(an_empty_box_is_not_written_densely),
         cmocka_unit_test(a_file_that_is_cut_short_is_refused),
         cmocka_unit_test(a_reader_that_fails_leaves_nothing),
     };

@@ -24,8 +24,8 @@ struct outcome {
     double voxel;
     double megabytes; /* most memory beyond what was there when the time began */
     long long active, faces;
-    double difference; /* largest of OpenVDB's values from Quoin's, in voxels; -1: not taken */
-    qn_mesh_comparison apart;  /* model and result, world units */
+    double difference, far_share; /* of OpenVDB's values from Quoin's; -1: not taken */
+    qn_mesh_comparison apart;     /* model and result, world units */
     int64_t crossings, broken; /* of the result: crossing pairs, non-manifold edges and vertices */
 };
 
@@ -98,6 +98,7 @@ void run_band(const model &m, outcome *o) {
     qn_surface_options_init(&options);
     options.inside = QN_INSIDE_BELOW;
     options.skip_normals = true;
+    options.untangle = QN_UNTANGLE_NEAR;
     must(qn_surface(m.context, volume, &options, &mesh, nullptr, &error), error);
     o->back = stretch.time();
     o->megabytes = stretch.megabytes();
@@ -120,8 +121,10 @@ void run_cms(const model &m, outcome *o, int dim) {
     judge(m, mesh, o);
 }
 
-double largest_difference(const model &m, const openvdb::FloatGrid &grid) {
-    long long active;
+/* OpenVDB's values beside Quoin's, where both are in the band: the share that is more than a
+ * hundredth of a voxel apart, and the largest difference of the others. */
+void compare_values(const model &m, const openvdb::FloatGrid &grid, outcome *o) {
+    long long active, seen = 0, apart = 0;
     qn_volume *volume = band_of(m, &active);
     const qn_sparse_grid *leaves = qn_volume_sparse_grid(volume);
     auto accessor = grid.getConstAccessor();
@@ -133,10 +136,16 @@ double largest_difference(const model &m, const openvdb::FloatGrid &grid) {
             if (!(leaves->masks[n][s >> 6] >> (s & 63) & 1) || !accessor.isValueOn(place))
                 continue;
             const double mine = (double)static_cast<const float *>(leaves->values)[512 * n + s];
-            largest = std::fmax(largest, std::fabs(mine - (double)accessor.getValue(place)));
+            const double difference = std::fabs(mine - (double)accessor.getValue(place)) / m.voxel;
+            ++seen;
+            if (difference > 0.01)
+                ++apart;
+            else
+                largest = std::fmax(largest, difference);
         }
     qn_volume_destroy(volume);
-    return largest / m.voxel;
+    o->difference = largest;
+    o->far_share = seen ? (double)apart / (double)seen : 0;
 }
 
 /* OpenVDB's result as a mesh of ours, to be judged alike. */
@@ -181,7 +190,8 @@ void run_openvdb(const model &m, outcome *o, const job &j, int flags, bool compa
     o->back = stretch.time();
     o->megabytes = stretch.megabytes();
     o->active = (long long)grid->activeVoxelCount();
-    o->difference = compares ? largest_difference(m, *grid) : -1;
+    if (compares)
+        compare_values(m, *grid, o);
     judge_openvdb(m, new_points, quads, o);
 }
 
@@ -216,7 +226,7 @@ void print(const job &j, int which, const outcome &o) {
                 o.apart.b_to_a.max / o.voxel, o.apart.mean / o.voxel, (long long)o.broken,
                 (long long)o.crossings);
     if (o.difference >= 0)
-        std::printf(" %.2g |\n", o.difference);
+        std::printf(" %.2f %%, %.1g |\n", 100 * o.far_share, o.difference);
     else
         std::printf(" |\n");
     std::fflush(stdout);
@@ -243,9 +253,11 @@ int main(int argc, char **argv) {
                     return 1;
                 }
                 const double difference = run == 0 ? o.difference : best.difference;
+                const double share = run == 0 ? o.far_share : best.far_share;
                 if (run == 0 || o.back.cpu < best.back.cpu)
                     best = o;
                 best.difference = difference;
+                best.far_share = share;
             }
             print(j, which, best);
         }
