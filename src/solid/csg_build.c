@@ -125,21 +125,24 @@ static qn_status multmatrix(qni_csg_builder *build, const qni_csg_call *call, in
     return status;
 }
 
-/* The cut by the plane z = 0: the solid seen from points that are first moved there. */
+/* The cut by the plane z = 0: the solid seen from points that are first moved there. Without a cut:
+ * the shadow. */
 static qn_status projection(qni_csg_builder *build, const qni_csg_call *call,
                             qn_solid **solid_out) {
     static const double flatten[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 0}};
     bool cut;
     QN_TRY(qni_csg_flag(build, call, "cut", &cut));
-    if (!cut)
-        return qni_csg_fail(
-            build, call, QN_ERROR_UNSUPPORTED,
-            "shadows (cut = false) are not supported; only projection(cut = true) is");
     qn_solid *part;
     QN_TRY(qni_csg_children(build, call, 3, &part));
     if (qni_box_is_nothing(&part->box)) {
         *solid_out = part;
         return QN_OK;
+    }
+    if (!cut) {
+        const qn_status status =
+            qni_csg_give(build, qni_shadow_create(build->context, part), solid_out);
+        qn_solid_destroy(part);
+        return status;
     }
     qni_box box = part->box;
     box.low[2] = -QNI_INFINITY;
@@ -156,8 +159,7 @@ static qn_status refuse(qni_csg_builder *build, const qni_csg_call *call) {
         build, call, QN_ERROR_UNSUPPORTED,
         "this module is not supported; supported are cube, sphere, cylinder, polyhedron, square, "
         "circle, polygon, group, union, difference, intersection, multmatrix, color, render, hull, "
-        "import, minkowski of convex parts, linear_extrude, rotate_extrude, projection(cut = "
-        "true)");
+        "import, minkowski of convex parts, linear_extrude, rotate_extrude, projection");
 }
 
 qn_status qni_csg_build(qni_csg_builder *build, const qni_csg_call *call, qn_solid **solid_out) {

@@ -28,6 +28,9 @@ qn_solid *qni_polygon_create(qn_context *context, const qn_outline *outline, int
 qn_solid *qni_revolve_create(qn_context *context, const qn_solid *part, double start, double angle,
                              int32_t fragments);
 
+/* The shadow of a part along z, flat; the part's box must be finite along z. */
+qn_solid *qni_shadow_create(qn_context *context, qn_solid *part);
+
 /* A flat part from z = low to high. */
 qn_solid *qni_extrude_create(qn_context *context, qn_solid *part, double low, double high);
 /* A flat part turned by `angle` degrees, -360 to 360, with OpenSCAD's places of facets; `left` when
