@@ -173,7 +173,7 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
             return false;
     }
     return before->moved_loops == after->moved_loops &&
-           before->unresolved_cells == after->unresolved_cells;
+           before->unresolved_cells == after->unresolved_cells && qni_samples_are_explained(patch);
 }
 
 /* What gets a union its try (unite.c). */

@@ -320,6 +320,9 @@ typedef struct qni_coarsening {
 } qni_coarsening;
 int qni_compare_vetoes(const void *a, const void *b);
 bool qni_cell_is_explained(void *user, const qni_cell *cell);
+/* Whether each crossing of a finest edge in the closed cell lies near a triangle of the patch that
+ * faces its way. */
+bool qni_samples_are_explained(const qni_patch *patch);
 
 /* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping
  * `rank` directions. */

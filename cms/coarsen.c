@@ -173,7 +173,7 @@ static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {
     return !patch->loops[0].has_apex || is_on_surface(patch, patch->loops[0].apex, tolerance);
 }
 
-static bool samples_are_explained(const qni_patch *patch) {
+bool qni_samples_are_explained(const qni_patch *patch) {
     double normals[64][3];
     distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
     if (patch->triangle_count > 64)
@@ -212,7 +212,8 @@ static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell
         return false;
     if (loop->has_apex && (loop->escaped || (loop->clusters == 2 && loop->sharp_count != 2)))
         return false;
-    return samples_are_explained(patch) && bends_are_on_surface(patch, patch->settings->tolerance);
+    return qni_samples_are_explained(patch) &&
+           bends_are_on_surface(patch, patch->settings->tolerance);
 }
 
 static bool straddles(const qni_hermite *hermite, const qni_cell *cell) {

@@ -6,7 +6,9 @@
 
 #include <string.h>
 
-enum { SLABS = 8, HEIGHTS = 32, SECTIONS = 40, STEPS_INWARD = 5 };
+enum { SLABS = 8, HEIGHTS = 32, STEPS_INWARD = 5 };
+/* How closely the height of the least value is found, of the part's height. */
+static const double precision = 1e-7;
 
 typedef struct shadow {
     qn_solid base;
@@ -64,7 +66,8 @@ static qn_status descend(const shadow *s, const double p[3], double low, double 
     double at[2] = {high - golden * (high - low), low + golden * (high - low)}, value[2];
     for (int n = 0; n < 2; ++n)
         QN_TRY(value_at(s, p, at[n], &value[n]));
-    for (int step = 0; step < SECTIONS; ++step) {
+    const double enough = precision * (s->high - s->low);
+    while (high - low > enough) {
         const int worse = value[0] < value[1]; /* towards it the range shrinks */
         *(worse ? &high : &low) = at[worse];
         at[worse] = at[!worse];
@@ -123,7 +126,7 @@ static qn_status shadow_gradient(const shadow *s, const double p[3], double grad
     stay found;
     double height, value;
     QN_TRY(least_value(s, p, &found, &height, &value));
-    const double apart = 1e-7 * (s->high - s->low);
+    const double apart = 2 * precision * (s->high - s->low);
     const double points[3][3] = {
         {p[0], p[1], height - apart}, {p[0], p[1], height + apart}, {p[0], p[1], height}};
     double g[3][3];

@@ -11,46 +11,45 @@ typedef struct model {
     const char *name;
     bool packed;     /* its .expected.stl, by gzip */
     double to, from; /* largest distance to OpenSCAD's mesh and from it, finest cells */
-    const char *refused;
+    bool slow;       /* left to the long run */
 } model;
 
-/* Exceptions. example021 wants the shadow of a solid, which is refused by name. What lies thinner
- * than a cell can be missed: in intersection-tests a plate and a bar of 0.01 (cells of 0.36), in
- * horn-torus the last three cells of the tips that meet in its middle, in example017 and
- * transform-tests the ends of pointed tips. */
+/* Exceptions. What lies thinner than a cell can be missed: in example021 plates of 0.5 (cells of
+ * 0.83: 99.3 % of the volume, at depth 8 99.99), in intersection-tests a plate and a bar of 0.01
+ * (cells of 0.36), in horn-torus the last three cells of the tips that meet in its middle, in
+ * example017 and transform-tests the ends of pointed tips. */
 // clang-format off
 static const model csg_models[] = {
-    {"CSG", true, 1, 1, NULL},
-    {"candleStand", true, 1, 1, NULL},
-    {"cube-tests", false, 1, 1, NULL},
-    {"cylinder-tests", false, 1, 1, NULL},
-    {"difference-tests", false, 1, 1, NULL},
-    {"example001", true, 1, 1, NULL},
-    {"example003", false, 1, 1, NULL},
-    {"example005", true, 1, 1, NULL},
-    {"example014", false, 1, 1, NULL},
-    {"example017", true, 1, 2.5, NULL},
-    {"example018", true, 1, 1, NULL},
-    {"example021", true, 1, 1, "shadows (cut = false) are not supported"},
-    {"horn-torus", true, 1, 3.5, NULL},
-    {"hull3-tests", false, 1, 1, NULL},
-    {"intersection-tests", false, 1, 40, NULL},
-    {"issue1105", false, 1, 1, NULL},
-    {"issue1105b", false, 1, 1, NULL},
-    {"issue1215", false, 1, 1, NULL},
-    {"issue13", false, 1, 1, NULL},
-    {"issue945", false, 1, 1, NULL},
-    {"rotate_extrude-angle", true, 1, 1, NULL},
-    {"sphere-tests", true, 1, 1, NULL},
-    {"transform-tests", false, 1, 1.5, NULL},
-    {"union-tests", false, 1, 1, NULL},
+    {"CSG", true, 1, 1, false},
+    {"candleStand", true, 1, 1, false},
+    {"cube-tests", false, 1, 1, false},
+    {"cylinder-tests", false, 1, 1, false},
+    {"difference-tests", false, 1, 1, false},
+    {"example001", true, 1, 1, false},
+    {"example003", false, 1, 1, false},
+    {"example005", true, 1, 1, false},
+    {"example014", false, 1, 1, false},
+    {"example017", true, 1, 2.5, false},
+    {"example018", true, 1, 1, false},
+    {"example021", true, 1, 2, true},
+    {"horn-torus", true, 1, 3.5, false},
+    {"hull3-tests", false, 1, 1, false},
+    {"intersection-tests", false, 1, 40, false},
+    {"issue1105", false, 1, 1, false},
+    {"issue1105b", false, 1, 1, false},
+    {"issue1215", false, 1, 1, false},
+    {"issue13", false, 1, 1, false},
+    {"issue945", false, 1, 1, false},
+    {"rotate_extrude-angle", true, 1, 1, false},
+    {"sphere-tests", true, 1, 1, false},
+    {"transform-tests", false, 1, 1.5, false},
+    {"union-tests", false, 1, 1, false},
 };
 // clang-format on
 static const char *const vm_models[] = {"colonnade", "hi", "quarter", "tanglecube"};
 
-/* The surface of a file, or NULL where it is not there, refused, or needs what was not built in. */
-static qn_mesh *surface_of(qn_context *context, const char *name, const char *refused,
-                           qn_solid_surface_report *report) {
+/* The surface of a file, or NULL where it is not there, or needs what was not built in. */
+static qn_mesh *surface_of(qn_context *context, const char *name, qn_solid_surface_report *report) {
     char path[4096];
     if (!test_data_path(name, path, sizeof path))
         return NULL;
@@ -58,12 +57,6 @@ static qn_mesh *surface_of(qn_context *context, const char *name, const char *re
     qn_error error;
     qn_mesh *mesh = NULL;
     const qn_status status = qn_solid_read(context, path, NULL, &solid, &error);
-    if (refused) {
-        assert_int_equal(status, QN_ERROR_UNSUPPORTED);
-        assert_non_null(strstr(error.message, refused));
-        print_message("%s: refused: %s\n", name, refused);
-        return NULL;
-    }
     if (status == QN_ERROR_UNSUPPORTED && strstr(error.message, "Qhull")) {
         print_message("skipped: %s\n", error.message);
         return NULL;
@@ -95,8 +88,10 @@ static qn_mesh_report check_clean(qn_context *context, const char *name, const q
 static bool try_csg(qn_context *context, const model *m) {
     char name[128], path[4096];
     qn_solid_surface_report surface;
+    if (m->slow && !test_is_long())
+        return false;
     snprintf(name, sizeof name, "csg/%s.csg", m->name);
-    qn_mesh *mesh = surface_of(context, name, m->refused, &surface), *expected;
+    qn_mesh *mesh = surface_of(context, name, &surface), *expected;
     if (!mesh)
         return false;
     const qn_mesh_report report = check_clean(context, name, mesh);
@@ -116,7 +111,7 @@ static bool try_csg(qn_context *context, const model *m) {
                       m->name, (long long)surface.triangles, 100 * report.volume / other.volume,
                       to.largest / surface.finest_cell, from.largest / surface.finest_cell);
         assert_true(other.closed);
-        assert_true(fabs(report.volume / other.volume - 1) < 0.005);
+        assert_true(fabs(report.volume / other.volume - 1) < (m->slow ? 0.01 : 0.005));
         assert_true(to.largest <= m->to * surface.finest_cell);
         assert_true(from.largest <= m->from * surface.finest_cell);
         qn_mesh_destroy(expected);
@@ -145,7 +140,7 @@ static void vm_models_are_clean(void **state) {
         snprintf(name, sizeof name, "csg/%s.vm", vm_models[n]);
         qn_context *context = test_context(0);
         qn_solid_surface_report surface;
-        qn_mesh *mesh = surface_of(context, name, NULL, &surface);
+        qn_mesh *mesh = surface_of(context, name, &surface);
         if (mesh) {
             check_clean(context, name, mesh);
             print_message("%s: %lld triangles\n", name, (long long)surface.triangles);

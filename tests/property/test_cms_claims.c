@@ -173,6 +173,33 @@ static void thin_plates_are_closed_and_whole(void **state) {
     }
 }
 
+/* Plates of some cells lose nothing at their rims, where coarse leaves meet fine ones. */
+static void plates_keep_their_rims(void **state) {
+    (void)state;
+    test_random random = {test_seed()};
+    const int depth = 6;
+    const double cell = 2.6 / ((1 << depth) - 3);
+    double least = 1, most = 1;
+    for (int64_t n = 0; n < test_count(8, 100); ++n) {
+        qn_context *context = test_context(2);
+        const double thickness = cell * (2.5 + 4 * test_random_unit(&random));
+        const double half[3] = {0.7, 0.7, 0.5 * thickness};
+        const test_frame frame = test_random_frame(&random, 0.1);
+        qn_solid *plate = test_box(context, &frame, half, 0);
+        test_solid_set_box(plate, -1.3, 1.3);
+        qn_solid_surface_report report;
+        qn_mesh *mesh = surface(context, plate, depth, 8, &report);
+        const double share = check_clean(context, mesh).volume / (1.4 * 1.4 * thickness);
+        least = fmin(least, share);
+        most = fmax(most, share);
+        qn_mesh_destroy(mesh);
+        qn_solid_destroy(plate);
+        test_context_end(context);
+    }
+    print_message("volume %.6f to %.6f of the plates'\n", least, most);
+    assert_true(least > 0.999 && most < 1.001);
+}
+
 static uint64_t hash_with_threads(uint64_t seed, int32_t threads) {
     qn_context *context = test_context(threads);
     test_random random = {seed};
@@ -368,6 +395,7 @@ int main(void) {
         cmocka_unit_test(flat_parts_and_straight_edges_stay_coarse),
         cmocka_unit_test(normals_split_at_creases),
         cmocka_unit_test(thin_plates_are_closed_and_whole),
+        cmocka_unit_test(plates_keep_their_rims),
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(lack_of_memory_is_an_error_without_leak),
         cmocka_unit_test(cancelling_is_an_error_without_leak),

@@ -6,38 +6,39 @@
 
 #include "lib/solid_claims.h"
 
-/* A model, whether the mesh of it is packed, and what is said where it is not read. */
+/* A model, whether the mesh of it is packed, and how near its volume comes by 1,000 rays along an
+ * axis; with fewer ten times that. Rays miss much of the thin plates of example021. */
 typedef struct model {
     const char *name;
     bool packed;
-    const char *refused;
+    double share;
 } model;
 
 static const model models[] = {
-    {"CSG", true, NULL},
-    {"candleStand", true, NULL},
-    {"cube-tests", false, NULL},
-    {"cylinder-tests", false, NULL},
-    {"difference-tests", false, NULL},
-    {"example001", true, NULL},
-    {"example003", false, NULL},
-    {"example005", true, NULL},
-    {"example014", false, NULL},
-    {"example017", true, NULL},
-    {"example018", true, NULL},
-    {"example021", true, "line 4, column 4, projection: shadows"},
-    {"horn-torus", true, NULL},
-    {"hull3-tests", false, NULL},
-    {"intersection-tests", false, NULL},
-    {"issue1105", false, NULL},
-    {"issue1105b", false, NULL},
-    {"issue1215", false, NULL},
-    {"issue13", false, NULL},
-    {"issue945", false, NULL},
-    {"rotate_extrude-angle", true, NULL},
-    {"sphere-tests", true, NULL},
-    {"transform-tests", false, NULL},
-    {"union-tests", false, NULL},
+    {"CSG", true, 0.0005},
+    {"candleStand", true, 0.0005},
+    {"cube-tests", false, 0.0005},
+    {"cylinder-tests", false, 0.0005},
+    {"difference-tests", false, 0.0005},
+    {"example001", true, 0.0005},
+    {"example003", false, 0.0005},
+    {"example005", true, 0.0005},
+    {"example014", false, 0.0005},
+    {"example017", true, 0.0005},
+    {"example018", true, 0.0005},
+    {"example021", true, 0.003},
+    {"horn-torus", true, 0.0005},
+    {"hull3-tests", false, 0.0005},
+    {"intersection-tests", false, 0.0005},
+    {"issue1105", false, 0.0005},
+    {"issue1105b", false, 0.0005},
+    {"issue1215", false, 0.0005},
+    {"issue13", false, 0.0005},
+    {"issue945", false, 0.0005},
+    {"rotate_extrude-angle", true, 0.0005},
+    {"sphere-tests", true, 0.0005},
+    {"transform-tests", false, 0.0005},
+    {"union-tests", false, 0.0005},
 };
 
 /* The volume that the triangles of a text STL enclose. */
@@ -101,10 +102,7 @@ static qn_solid *read_model(qn_context *context, const model *m, bool smooth) {
     qn_solid *solid;
     qn_error error;
     qn_status status = qn_solid_read(context, path, &options, &solid, &error);
-    if (m->refused) {
-        assert_int_equal(status, QN_ERROR_UNSUPPORTED);
-        assert_non_null(strstr(error.message, m->refused));
-    } else if (status == QN_ERROR_UNSUPPORTED && strstr(error.message, "Qhull")) {
+    if (status == QN_ERROR_UNSUPPORTED && strstr(error.message, "Qhull")) {
         printf("skipped: %s\n", error.message);
     } else if (status != QN_OK && smooth) { /* hulls of round parts */
         assert_int_equal(status, QN_ERROR_UNSUPPORTED);
@@ -125,7 +123,8 @@ static void volumes_are_those_of_openscad(void **state) {
             continue;
         for (int axis = 0; axis < 3; ++axis) {
             double found = ray_volume(solid, axis, (int)test_count(160, 1000), &random);
-            if (fabs(found - expected) > (test_is_long() ? 0.0005 : 0.005) * fabs(expected))
+            if (fabs(found - expected) >
+                models[i].share * (test_is_long() ? 1 : 10) * fabs(expected))
                 fail_msg("%s: volume %g along axis %d, OpenSCAD's mesh has %g", models[i].name,
                          found, axis, expected);
         }

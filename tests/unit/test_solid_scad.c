@@ -69,6 +69,17 @@ static void modules_have_their_volumes(void **state) {
         {"linear_extrude(height = 1) { projection(cut = true) { cube(size = [2, 3, 1], center = "
          "true); } }",
          6, false, false},
+        {"linear_extrude(height = 1) { projection(cut = false) { multmatrix([[0.6, 0, 0.8, 5], [0, "
+         "1, "
+         "0, 0], [-0.8, 0, 0.6, 9], [0, 0, 0, 1]]) { cube(size = [2, 3, 1]); } } }",
+         6, false, false},
+        {"linear_extrude(height = 1) { projection(cut = false) { difference() { cube(size = [4, 4, "
+         "2]); "
+         "multmatrix([[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, -1], [0, 0, 0, 1]]) { cube(size = [1, "
+         "1, "
+         "9]); } multmatrix([[1, 0, 0, 2], [0, 1, 0, 2], [0, 0, 1, 1], [0, 0, 0, 1]]) { cube(size "
+         "= 1); } } } }",
+         15, false, false},
         {"rotate_extrude(angle = 90) { multmatrix([[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, "
          "0, 0, 1]]) { "
          "square(size = [1, 1], center = true); } }",
@@ -144,8 +155,6 @@ static void bad_texts_end_in_one_sentence(void **state) {
         {"linear_extrude(height = 1) { offset(r = 1) { square(size = 1); } }",
          "offset: this module", QN_ERROR_UNSUPPORTED},
         {"rotate_extrude() { square(size = 1, center = true); }", "over the axis", QN_ERROR_INPUT},
-        {"linear_extrude(height = 1) { projection(cut = false) { cube(size = 1); } }", "shadows",
-         QN_ERROR_UNSUPPORTED},
         {"multmatrix([[1, 0], [0, 1]]) { cube(size = 1); }", "matrix of four rows", QN_ERROR_INPUT},
         {"polyhedron(points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], faces = [[0, 1, 2]]);",
          "not closed", QN_ERROR_INPUT},
