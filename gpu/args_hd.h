@@ -127,6 +127,9 @@ typedef struct qni_gpu_args {
     uint32_t own_vertices[2], own_doubled[2]; /* what is counted: first and end */
     float *positions, *normals;               /* normals may be NULL */
     uint32_t *quads, *twins, *vertex_halfedges;
+    /* For simplification (dmc/simplify_hd.h), or NULL: a byte a vertex and a quad. Sums are made in
+     * whole words, so there is room for these. */
+    uint8_t *valences, *colours;
 
     /* Repair: the plain mesh has so many; what is new comes after. */
     uint32_t plain_vertices, plain_quads;

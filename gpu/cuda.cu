@@ -33,6 +33,8 @@ enum {
     BLOCKS_place_faces = 4,
     BLOCKS_split_quads = 4,
     BLOCKS_link_splits = 4,
+    BLOCKS_split_apart = 4,
+    BLOCKS_split_valences = 4,
     BLOCKS_note_own = 1,
     BLOCKS_note_own_splits = 1,
     BLOCKS_renumber_quads = 4,

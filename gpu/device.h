@@ -51,6 +51,8 @@ typedef enum qni_gpu_buffer {
     QNI_GPU_BUFFER_QUADS,
     QNI_GPU_BUFFER_TWINS,
     QNI_GPU_BUFFER_VERTEX_HALFEDGES,
+    QNI_GPU_BUFFER_VALENCES,
+    QNI_GPU_BUFFER_COLOURS,
     QNI_GPU_BUFFER_COUNT
 } qni_gpu_buffer;
 

@@ -211,14 +211,24 @@ static qn_status number_splits(qni_gpu_job *job, qn_error *error) {
     return job->is_slab ? launch(job, QNI_GPU_KERNEL_note_own_splits, 1, error) : QN_OK;
 }
 
+/* Of the vertices that repair made or touched. */
+static qn_status count_valences(qni_gpu_job *job, int64_t blocks, qn_error *error) {
+    qni_device *device = job->pool->device;
+    uint8_t *made = job->args.valences + job->args.plain_vertices;
+    QN_TRY(device->fill(device, made, QNI_VALENCE_APART, 8 * job->doubled_count, error));
+    QN_TRY(launch(job, QNI_GPU_KERNEL_split_apart, blocks, error));
+    return launch(job, QNI_GPU_KERNEL_split_valences, blocks, error);
+}
+
 static qn_status repair(qni_gpu_job *job, qn_error *error) {
     const int64_t face_blocks = qni_gpu_blocks_for(job->doubled_count),
                   split_blocks = qni_gpu_blocks_for(4 * job->doubled_count);
     QN_TRY(number_splits(job, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_place_faces, face_blocks, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_split_quads, split_blocks, error));
-    return job->with_halfedges ? launch(job, QNI_GPU_KERNEL_link_splits, split_blocks, error)
-                               : QN_OK;
+    if (job->with_halfedges)
+        QN_TRY(launch(job, QNI_GPU_KERNEL_link_splits, split_blocks, error));
+    return job->with_valences ? count_valences(job, split_blocks, error) : QN_OK;
 }
 
 static bool repairs(const qni_gpu_job *job) {

@@ -15,12 +15,15 @@ typedef struct qni_gpu_job {
     qni_field field; /* measured, as soon as a sample is found not to be finite */
     qni_gpu_args args;
     bool with_normals, with_halfedges, with_repair;
-    bool is_slab; /* a part of the volume, and layers of leaves on either side */
+    bool with_valences; /* and colours, for simplification; then with halfedges as well */
+    bool is_slab;       /* a part of the volume, and layers of leaves on either side */
 
     int64_t vertex_count, quad_count; /* of the finished mesh */
     int64_t doubled_count, split_count;
     int64_t fallback_points; /* of repair */
     qni_gpu_totals totals;
+
+    uint8_t *host_valences, *host_colours; /* of the host's mesh, for what it simplifies */
 } qni_gpu_job;
 
 /* Set the job up for samples that lie in device memory, packed or with rows and planes apart. */

@@ -54,7 +54,7 @@ QN_HD_INLINE void qni_gpu_load_tile(const qni_gpu_args *a, qni_gpu_emit_shared *
         const int64_t point[3] = {(int64_t)8 * leaf[0] - 1 + n % QNI_GPU_TILE,
                                   (int64_t)8 * leaf[1] - 1 + n / QNI_GPU_TILE % QNI_GPU_TILE,
                                   (int64_t)8 * leaf[2] - 1 + n / QNI_GPU_TILE_SLICE};
-        tile[n] = qni_gpu_extended_value(&a->field, point);
+        tile[n] = qni_gpu_dense_extended_value(&a->field, point);
     }
 }
 
@@ -186,6 +186,8 @@ QN_HD_INLINE void qni_gpu_emit_quad(const qni_gpu_args *a, const int32_t point[3
     out[1] = forward ? corner[1] : corner[3];
     out[2] = corner[2];
     out[3] = forward ? corner[3] : corner[1];
+    if (a->colours)
+        a->colours[quad] = (uint8_t)axis;
 }
 
 QN_HD_INLINE void qni_gpu_emit_quads(const qni_gpu_args *a, const qni_gpu_emit_shared *s,

@@ -106,22 +106,26 @@ QN_HD_INLINE double qni_gpu_value_in_block(const qni_gpu_field *field, const qni
                           block->at < 0 ? block->value : qni_gpu_stored(field, block->at + place));
 }
 
-QN_HD_INLINE double qni_gpu_sparse_value(const qni_gpu_field *field, int64_t x, int64_t y,
-                                         int64_t z) {
+QN_HD_APART double qni_gpu_sparse_value(const qni_gpu_field *field, int64_t x, int64_t y,
+                                        int64_t z) {
     const qni_gpu_block block = qni_gpu_find_block(&field->blocks, x >> 3, y >> 3, z >> 3);
     return qni_gpu_value_in_block(field, &block, qni_gpu_place_in_block(x, y, z));
 }
 
 /* Value of any lattice point. */
-QN_HD_INLINE double qni_gpu_value(const qni_gpu_field *field, int64_t x, int64_t y, int64_t z) {
-    if (qni_gpu_is_sparse(field))
-        return qni_gpu_sparse_value(field, x, y, z);
+QN_HD_INLINE double qni_gpu_dense_value(const qni_gpu_field *field, int64_t x, int64_t y,
+                                        int64_t z) {
     const int64_t i = x - field->border, j = y - field->border, k = z - field->border;
     const int64_t ci = qni_gpu_clamp(i, field->size[0]), cj = qni_gpu_clamp(j, field->size[1]),
                   ck = qni_gpu_clamp(k, field->size[2]);
     const double stored = qni_gpu_stored(field, qni_gpu_sample_at(field, ci, cj, ck));
     const double d = qni_gpu_settle(field, qni_gpu_scale(field, stored));
     return i == ci && j == cj && k == ck ? d : qni_gpu_outside_of(field, d);
+}
+
+QN_HD_INLINE double qni_gpu_value(const qni_gpu_field *field, int64_t x, int64_t y, int64_t z) {
+    return qni_gpu_is_sparse(field) ? qni_gpu_sparse_value(field, x, y, z)
+                                    : qni_gpu_dense_value(field, x, y, z);
 }
 
 /* Seven cells in eight along an axis lie in one block. */
@@ -147,13 +151,11 @@ QN_HD_APART void qni_gpu_load_cell(const qni_gpu_field *field, const int64_t cel
 
 /* The same up to one point beyond the lattice's ends, extrapolated along the axis where the point
  * is beyond. Where it is beyond along two, no vertex asks: 0. */
-QN_HD static inline double qni_gpu_extended_value(const qni_gpu_field *field,
-                                                  const int64_t point[3]) {
+QN_HD static inline double qni_gpu_dense_extended_value(const qni_gpu_field *field,
+                                                        const int64_t point[3]) {
     int64_t at[2][3]; /* the point, or the lattice's last one before it; the one before that */
     double value[2] = {0, 0};
     int beyond = 0;
-    if (qni_gpu_is_sparse(field)) /* it has no ends: background goes on */
-        return qni_gpu_sparse_value(field, point[0], point[1], point[2]);
     for (int a = 0; a < 3; ++a) {
         at[0][a] = qni_gpu_clamp(point[a], field->points[a]);
         at[1][a] = 2 * at[0][a] - point[a];
@@ -164,8 +166,15 @@ QN_HD static inline double qni_gpu_extended_value(const qni_gpu_field *field,
         return 0;
     QN_ROLLED
     for (int n = 0; n <= beyond; ++n)
-        value[n] = qni_gpu_value(field, at[n][0], at[n][1], at[n][2]);
+        value[n] = qni_gpu_dense_value(field, at[n][0], at[n][1], at[n][2]);
     return beyond ? 2 * value[0] - value[1] : value[0];
+}
+
+/* Sparse fields have no ends: background goes on. */
+QN_HD static inline double qni_gpu_extended_value(const qni_gpu_field *field,
+                                                  const int64_t point[3]) {
+    return qni_gpu_is_sparse(field) ? qni_gpu_sparse_value(field, point[0], point[1], point[2])
+                                    : qni_gpu_dense_extended_value(field, point);
 }
 
 /* The sign of a stored number, by its type's own threshold; `odd` when it is not finite. */

@@ -26,8 +26,6 @@ const char *qni_gpu_cannot(const qn_volume *volume, const qn_surface_options *op
         return "exact topology is the processor's";
     if (options->open && !options->keep_doubled && !sparse)
         return "open surfaces whose rim is repaired are the processor's";
-    if (options->simplify) /* it goes by colours that only the CPU's emission gives */
-        return "simplification is the processor's";
     if (options->count_only)
         return "counting alone is the processor's";
     return NULL;
@@ -52,18 +50,43 @@ static qn_status fill_mesh(qni_gpu_job *job, qn_mesh *mesh, qn_error *error) {
         QN_TRY(download(job, mesh->twins, a->twins, 16 * quads, error));
         QN_TRY(download(job, mesh->vertex_halfedges, a->vertex_halfedges, 4 * vertices, error));
     }
+    if (job->host_valences) {
+        QN_TRY(download(job, job->host_valences, a->valences, vertices, error));
+        QN_TRY(download(job, job->host_colours, a->colours, quads, error));
+    }
     return job->pool->device->finish(job->pool->device, error);
 }
 
-qn_status qni_gpu_alloc_mesh(qn_context *context, const qni_gpu_job *job, const qn_grid *grid,
+static int64_t valence_room(const qni_gpu_job *job) {
+    return job->vertex_count + 1;
+}
+
+static int64_t colour_room(const qni_gpu_job *job) {
+    return job->quad_count + 1;
+}
+
+static qn_status alloc_marks(qn_context *context, qni_gpu_job *job, qn_error *error) {
+    job->host_valences = qni_alloc(context, valence_room(job), 1);
+    job->host_colours = qni_alloc(context, colour_room(job), 1);
+    return job->host_valences && job->host_colours ? QN_OK : qni_fail_memory(error, "the valences");
+}
+
+void qni_gpu_free_marks(qn_context *context, qni_gpu_job *job) {
+    qni_free(context, job->host_valences, valence_room(job), 1);
+    qni_free(context, job->host_colours, colour_room(job), 1);
+    job->host_valences = job->host_colours = NULL;
+}
+
+qn_status qni_gpu_alloc_mesh(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
                              qn_mesh **mesh_out, qn_error *error) {
     qn_mesh *mesh;
     QN_TRY(qni_mesh_alloc(context, job->vertex_count, job->quad_count, 0, job->with_normals, &mesh,
                           error));
     memcpy(mesh->space, grid->space, sizeof mesh->space);
     memcpy(mesh->unit, grid->unit, sizeof mesh->unit);
-    const qn_status status =
-        job->with_halfedges ? qni_mesh_alloc_halfedges(context, mesh, error) : QN_OK;
+    qn_status status = job->with_halfedges ? qni_mesh_alloc_halfedges(context, mesh, error) : QN_OK;
+    if (status == QN_OK && job->with_valences)
+        status = alloc_marks(context, job, error);
     if (status == QN_OK)
         *mesh_out = mesh;
     else
@@ -118,6 +141,7 @@ static void init_job(qni_gpu_job *job, qni_gpu_pool *pool, const qni_field *fiel
     job->with_halfedges =
         (options->halfedges && !options->triangles) || options->simplify || options->relax > 0;
     job->with_repair = !options->keep_doubled;
+    job->with_valences = options->simplify;
 }
 
 /* Whole where there is room for it, else in slabs: as many layers as fit, or `slab_layers`. Sparse
@@ -152,7 +176,7 @@ qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn
                                qn_error *error) {
     const double start = qni_seconds();
     qni_gpu_pool pool = {.device = device};
-    qni_gpu_job job;
+    qni_gpu_job job = {.pool = NULL};
     *mesh_out = NULL;
     memset(report, 0, sizeof *report);
     qn_status status =
@@ -161,11 +185,14 @@ qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn
     if (status == QN_OK) {
         qni_dmc dmc = {.context = context,
                        .field = job.field,
+                       .valences = job.host_valences,
+                       .colours = job.host_colours,
                        .held_before =
                            qn_context_memory(context).current_bytes - report->output_bytes};
         report->device = QN_DEVICE_CUDA;
         status = qni_dmc_improve(&dmc, *mesh_out, options, report, error);
     }
+    qni_gpu_free_marks(context, &job);
     if (status != QN_OK) {
         qn_mesh_destroy(*mesh_out);
         *mesh_out = NULL;

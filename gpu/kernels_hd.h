@@ -33,6 +33,8 @@
     X(place_faces)                                                                                 \
     X(split_quads)                                                                                 \
     X(link_splits)                                                                                 \
+    X(split_apart)                                                                                 \
+    X(split_valences)                                                                              \
     X(note_own)                                                                                    \
     X(note_own_splits)                                                                             \
     X(renumber_quads)                                                                              \

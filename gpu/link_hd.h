@@ -103,6 +103,19 @@ QN_HD_INLINE uint32_t qni_gpu_halfedge_of(const qni_gpu_link_cell *c, unsigned e
     return lowest_open != QNI_GPU_NO_HALFEDGE ? lowest_open : lowest;
 }
 
+/* Its valence is its polygon's length, unless an edge has no quad: then it stays as it is. */
+QN_HD_INLINE void qni_gpu_link_vertex(const qni_gpu_args *a, const qni_gpu_link_cell *c,
+                                      unsigned edges, uint64_t next_code, uint32_t vertex) {
+    a->vertex_halfedges[vertex] = qni_gpu_halfedge_of(c, edges, next_code);
+    if (!a->valences)
+        return;
+    int missing = 0;
+    QN_ROLLED
+    for (int edge = 0; edge < QNI_EDGES; ++edge)
+        missing |= (edges >> edge & 1) && c->quad[edge] == QNI_GPU_NO_HALFEDGE;
+    a->valences[vertex] = (uint8_t)(missing ? 0 : qni_count_bits(edges));
+}
+
 /* Where faces of a cell with one polygon are ambiguous, their choices decide the order of its
  * edges. */
 QN_HD_APART int qni_gpu_resolved_entry(const qni_gpu_args *a, const int32_t cell[3],
@@ -124,8 +137,8 @@ QN_HD_INLINE void qni_gpu_link_vertices(const qni_gpu_args *a, const qni_gpu_lin
                     : qni_gpu_resolved_entry(a, c->at, c->case_index);
     QN_ROLLED
     for (int polygon = 0; polygon < qni_entry_polygons(entry); ++polygon, ++vertex)
-        a->vertex_halfedges[vertex] =
-            qni_gpu_halfedge_of(c, qni_entry_edges(entry, polygon), qni_entry_next_code(entry));
+        qni_gpu_link_vertex(a, c, qni_entry_edges(entry, polygon), qni_entry_next_code(entry),
+                            vertex);
 }
 
 QN_HD_INLINE void qni_gpu_link_one(const qni_gpu_args *a, const qni_gpu_link_shared *s,

@@ -6,6 +6,7 @@
 #define QNI_GPU_REPAIR_HD_H
 
 #include "dmc/repair_hd.h"
+#include "dmc/simplify_hd.h"
 #include "gpu/link_hd.h"
 
 enum { QNI_REPAIR_THREADS = 128, QNI_GPU_NO_POINTS = -1, QNI_GPU_LARGEST_BOUNDARY = 12 };
@@ -313,5 +314,38 @@ QN_HD_INLINE void qni_gpu_link_split(const qni_gpu_args *a, int64_t index) {
     a->vertex_halfedges[qni_gpu_centre(a, index)] = 4 * split->quad;
 }
 QNI_GPU_THINGS(link_splits, qni_gpu_split_count(a), qni_gpu_link_split)
+
+/* ---- valences -------------------------------------------------------------------------------- */
+
+/* Vertices that repair touches, and are not fixed, are apart from now on; whoever writes, writes
+ * the same. */
+QN_HD_INLINE void qni_gpu_set_corners_apart(const qni_gpu_args *a, int64_t index) {
+    const qni_gpu_split *split = a->splits + index;
+    for (int k = 0; k < 4; ++k) {
+        uint8_t *valence = a->valences + split->corners[k];
+        if (*valence != QNI_VALENCE_FIXED)
+            *valence = (uint8_t)(*valence | QNI_VALENCE_APART);
+    }
+}
+QNI_GPU_THINGS(split_apart, qni_gpu_split_count(a), qni_gpu_set_corners_apart)
+
+/* A quad comes to its corners, or goes. */
+QN_HD_INLINE void qni_gpu_count_corners(const qni_gpu_args *a, const uint32_t corner[4],
+                                        int change) {
+    for (int k = 0; k < 4; ++k)
+        if (qni_byte_now(a->valences + corner[k]) & QNI_VALENCE_APART)
+            qni_shared_add_byte(a->valences, corner[k], change);
+}
+
+QN_HD_INLINE void qni_gpu_count_split(const qni_gpu_args *a, int64_t index) {
+    const qni_gpu_split *split = a->splits + index;
+    qni_gpu_count_corners(a, split->corners, -1);
+    for (int j = 0; j < split->quads; ++j) {
+        const uint32_t quad = qni_gpu_fan_place(a, index, j);
+        a->colours[quad] = QNI_COLOUR_APART;
+        qni_gpu_count_corners(a, a->quads + 4 * (size_t)quad, 1);
+    }
+}
+QNI_GPU_THINGS(split_valences, qni_gpu_split_count(a), qni_gpu_count_split)
 
 #endif

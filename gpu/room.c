@@ -105,6 +105,8 @@ qni_gpu_room qni_gpu_room_to_emit(const qni_gpu_job *job) {
     room.bytes[QNI_GPU_BUFFER_QUADS] = 16 * quads;
     room.bytes[QNI_GPU_BUFFER_TWINS] = job->with_halfedges ? 16 * quads : 0;
     room.bytes[QNI_GPU_BUFFER_VERTEX_HALFEDGES] = job->with_halfedges ? 4 * vertices : 0;
+    room.bytes[QNI_GPU_BUFFER_VALENCES] = job->with_valences ? (vertices + 8) / 4 * 4 : 0;
+    room.bytes[QNI_GPU_BUFFER_COLOURS] = job->with_valences ? (quads + 8) / 4 * 4 : 0;
     return room;
 }
 
@@ -185,6 +187,10 @@ qn_status qni_gpu_reserve_mesh(qni_gpu_job *job, qn_error *error) {
     a->twins = memory;
     QN_TRY(take(job, &room, QNI_GPU_BUFFER_VERTEX_HALFEDGES, &memory, error));
     a->vertex_halfedges = memory;
+    QN_TRY(take(job, &room, QNI_GPU_BUFFER_VALENCES, &memory, error));
+    a->valences = memory;
+    QN_TRY(take(job, &room, QNI_GPU_BUFFER_COLOURS, &memory, error));
+    a->colours = memory;
     return QN_OK;
 }
 

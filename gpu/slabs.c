@@ -262,10 +262,13 @@ static qn_status bring_down(qni_gpu_job *part, const own_parts *own, qn_mesh *me
         QN_TRY(fetch(part, mesh->positions, a->positions, at, of, 12, error));
         QN_TRY(fetch(part, mesh->normals, a->normals, at, of, 12, error));
         QN_TRY(fetch(part, mesh->vertex_halfedges, a->vertex_halfedges, at, of, 4, error));
+        QN_TRY(fetch(part, part->host_valences, a->valences, at, of, 1, error));
     }
     for (int n = 0; n < 2; ++n) {
         QN_TRY(fetch(part, mesh->quads, a->quads, own->quad_at[n], own->quads + n, 16, error));
         QN_TRY(fetch(part, mesh->twins, a->twins, own->quad_at[n], own->quads + n, 16, error));
+        QN_TRY(
+            fetch(part, part->host_colours, a->colours, own->quad_at[n], own->quads + n, 1, error));
     }
     return QN_OK;
 }
@@ -363,6 +366,7 @@ static qn_status attempt(slabs *all, int32_t layers, int64_t budget, int64_t *ne
     if (status != QN_OK) {
         qn_mesh_destroy(*mesh_out);
         *mesh_out = NULL;
+        qni_gpu_free_marks(all->context, all->job);
         qni_gpu_pool_free(all->job->pool);
     }
     return status;

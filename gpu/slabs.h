@@ -10,9 +10,12 @@
 /* A slab's planes of samples on the device; the pool keeps them. The volume's rows run along x. */
 qn_status qni_gpu_upload_planes(qni_gpu_pool *pool, const qn_grid *grid, int64_t first,
                                 int64_t count, void **samples_out, qn_error *error);
-/* An empty mesh of the job's size, with its space and unit. */
-qn_status qni_gpu_alloc_mesh(qn_context *context, const qni_gpu_job *job, const qn_grid *grid,
+/* An empty mesh of the job's size, with its space and unit; and room for valences and colours where
+ * the job has them. */
+qn_status qni_gpu_alloc_mesh(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
                              qn_mesh **mesh_out, qn_error *error);
+
+void qni_gpu_free_marks(qn_context *context, qni_gpu_job *job);
 
 /* Device memory that may be planned with: what is free, and some left over. */
 int64_t qni_gpu_budget(qni_device *device);

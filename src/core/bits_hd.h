@@ -30,6 +30,21 @@ QN_HD_INLINE void qni_shared_add(uint64_t *sum, uint64_t part) {
 #endif
 }
 
+/* A byte that others may change meanwhile. */
+QN_HD_INLINE int qni_byte_now(const uint8_t *byte) {
+    return *(const volatile uint8_t *)byte;
+}
+
+/* bytes[at] += change, for changes that neither overflow nor underflow a byte, in any order; the
+ * bytes fill whole words. */
+QN_HD_INLINE void qni_shared_add_byte(uint8_t *bytes, size_t at, int change) {
+#ifdef __CUDA_ARCH__
+    atomicAdd((unsigned *)bytes + at / 4, (unsigned)change << (8 * (at % 4)));
+#else
+    bytes[at] = (uint8_t)(bytes[at] + change);
+#endif
+}
+
 QN_HD_INLINE void qni_shared_or(uint32_t *bits, uint32_t more) {
 #ifdef __CUDA_ARCH__
     atomicOr(bits, more);

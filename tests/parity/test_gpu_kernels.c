@@ -135,13 +135,14 @@ static void improved_meshes_are_those_of_the_cpu(void **state) {
     qn_volume *volume;
     qn_error error;
     assert_int_equal(qn_volume_create(context, &p.grid, NULL, NULL, &volume, &error), QN_OK);
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 8; ++i) {
         qn_surface_options options;
         qn_surface_report report[2];
         qn_mesh *mesh[2];
         qn_surface_options_init(&options);
         options.relax = i & 2;
-        options.halfedges = i == 3;
+        options.halfedges = i == 3 || i > 5;
+        options.simplify = i > 3;
         options.device = QN_DEVICE_CPU;
         mesh[0] = test_cpu_surface(context, volume, &options, report);
         test_cpu_device cpu;
@@ -155,9 +156,10 @@ static void improved_meshes_are_those_of_the_cpu(void **state) {
         test_expect_report("improved", report + 1, report);
         assert_int_equal(report[0].device, QN_DEVICE_CPU);
         assert_int_equal(report[1].device, QN_DEVICE_CUDA);
-        options.simplify = true;
-        assert_non_null(qni_gpu_cannot(volume, &options));
         assert_int_equal(report[1].relaxed_vertices, report[0].relaxed_vertices);
+        assert_int_equal(report[1].merged_quads, report[0].merged_quads);
+        assert_int_equal(report[1].simplify_passes, report[0].simplify_passes);
+        assert_true((report[1].merged_quads > 0) == options.simplify);
         assert_true(report[0].repaired_edges > 0);
         assert_int_equal(cpu.finishes, 3); /* counts, what pass 2 counted, the mesh */
         assert_int_equal(cpu.bytes, 0);

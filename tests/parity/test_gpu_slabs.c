@@ -48,6 +48,7 @@ static void bytes_do_not_depend_on_slabs(void **state) {
         options.keep_doubled = i % 4 == 0 || options.open;
         options.halfedges = i % 3 != 0;
         options.skip_normals = i % 9 == 8;
+        options.simplify = i % 5 < 2;
         snprintf(name, sizeof name, "volume %lld (%s)", (long long)i, field.name);
         assert_int_equal(qn_volume_create(context, &s.grid, NULL, NULL, &volume, &error), QN_OK);
         qn_mesh *mesh = test_cpu_surface(context, volume, &options, &report);

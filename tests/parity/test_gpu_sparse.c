@@ -76,6 +76,7 @@ static void bytes_are_those_of_the_cpu(void **state) {
         options.keep_doubled = i % 3 == 0;
         options.open = i % 5 == 0;
         options.relax = i % 7 == 0 ? 2 : 0;
+        options.simplify = i % 8 < 3;
         if (i % 6 == 5)
             spoil(&sparse, &random, i);
         snprintf(name, sizeof name, "sparse volume %lld (%s)", (long long)i,
