@@ -3,8 +3,8 @@
  * division finds its zero. */
 #include "dmc/project.h"
 #include "dmc/cell_hd.h"
+#include "dmc/project_hd.h"
 #include "dmc/stencil.h"
-#include "dmc/vertex_hd.h"
 
 #include <math.h>
 #include <string.h>
@@ -65,53 +65,14 @@ static void slope_of_normal(const qni_projector *projector, const float normal[3
     }
 }
 
-static void slope_of_values(const double d[8], const double local[3], double slope[3]) {
-    for (int a = 0; a < 3; ++a) {
-        const int p = a == 0 ? 1 : 0, q = a == 2 ? 1 : 2;
-        double rise[4];
-        for (int n = 0; n < 4; ++n) {
-            const int c = ((n & 1) << p) | ((n >> 1) << q);
-            rise[n] = d[c | 1 << a] - d[c];
-        }
-        slope[a] = qni_bilinear(rise[0], rise[1], rise[2], rise[3], local[p], local[q]);
-    }
-}
-
-/* Axes by falling size of the slope. */
-static void sort_axes(const double slope[3], int order[3]) {
-    const double x = fabs(slope[0]), y = fabs(slope[1]), z = fabs(slope[2]);
-    order[0] = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-    const int p = order[0] == 0 ? 1 : 0, q = order[0] == 2 ? 1 : 2;
-    const bool swap = fabs(slope[p]) < fabs(slope[q]);
-    order[1] = swap ? q : p;
-    order[2] = swap ? p : q;
-}
-
-/* Values at the two ends of the axis line through `local`. */
-static void line_ends(const double d[8], int axis, const double local[3], double end[2]) {
-    const int p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
-    for (int side = 0; side < 2; ++side) {
-        const double *c = d + (side << axis);
-        end[side] =
-            qni_bilinear(c[0], c[1 << p], c[1 << q], c[(1 << p) | (1 << q)], local[p], local[q]);
-    }
-}
-
-/* The zero between the ends, if they cross it with the slope asked for; else negative. */
-static double crossing_of_line(const double end[2], double slope) {
-    const bool crosses =
-        slope > 0 ? end[0] < 0 && end[1] >= 0 : slope < 0 && end[0] >= 0 && end[1] < 0;
-    return crosses ? end[0] / (end[0] - end[1]) : -1;
-}
-
 /* Along one axis from `at`, in the cell or the next one towards the zero. */
 static bool project_along(const qni_field *field, const int64_t cell[3], const double d[8],
                           int axis, double slope, double at[3]) {
     double end[2], next_values[8];
     const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1],
                              at[2] - (double)cell[2]};
-    line_ends(d, axis, local, end);
-    double zero = crossing_of_line(end, slope);
+    qni_line_ends(d, axis, local, end);
+    double zero = qni_crossing_of_line(end, slope);
     int64_t start = cell[axis];
     if (zero < 0) {
         const double here = qni_lerp(end[0], end[1], local[axis]);
@@ -120,8 +81,8 @@ static bool project_along(const qni_field *field, const int64_t cell[3], const d
         if (next[axis] < 0 || next[axis] >= field->cells[axis])
             return false;
         qni_field_load_cell(field, next, next_values);
-        line_ends(next_values, axis, local, end);
-        zero = crossing_of_line(end, slope);
+        qni_line_ends(next_values, axis, local, end);
+        zero = qni_crossing_of_line(end, slope);
         start = next[axis];
     }
     if (zero < 0 || fabs((double)start + zero - at[axis]) > 1)
@@ -141,9 +102,9 @@ static bool project_near(const qni_projector *projector, const int64_t cell[3], 
     if (slope[0] == 0 && slope[1] == 0 && slope[2] == 0) {
         const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1],
                                  at[2] - (double)cell[2]};
-        slope_of_values(d, local, slope);
+        qni_slope_of_values(d, local, slope);
     }
-    sort_axes(slope, order);
+    qni_sort_axes(slope, order);
     for (int n = 0; n < 3; ++n)
         if (project_along(field, cell, d, order[n], slope[order[n]], at)) {
             to_world(projector, at, position);
@@ -212,12 +173,12 @@ bool qni_project_in_cell(const void *user, const int32_t cell[3], const float fr
     to_lattice(projector, from, start);
     qni_field_load_cell(projector->field, cell_64, d);
     slope_of_normal(projector, normal, slope);
-    sort_axes(slope, order);
+    qni_sort_axes(slope, order);
     step_back_into_cell(cell, start, at);
     const double local[3] = {at[0] - cell[0], at[1] - cell[1], at[2] - cell[2]};
     for (int n = 0; n < 3; ++n) {
-        line_ends(d, order[n], local, end);
-        const double zero = crossing_of_line(end, slope[order[n]]);
+        qni_line_ends(d, order[n], local, end);
+        const double zero = qni_crossing_of_line(end, slope[order[n]]);
         if (zero < cell_margin || zero > 1 - cell_margin)
             continue;
         at[order[n]] = cell[order[n]] + zero;

@@ -3,12 +3,12 @@
  * valences of their corners, as emission gave them; then they are taken colour by colour. Within
  * one colour none hinders another (simplify_hd.h), so a look at the two corners of valence 3
  * decides, and no neighbours need to be known. [DMC21] section 4.1. */
+#include "dmc/project_hd.h"
 #include "dmc/simplify_parts.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { BLOCK = 1024, LISTS = 2 * QNI_COLOURS, AHEAD = 12 };
@@ -25,22 +25,9 @@ typedef struct part {
 /* ---- places ---------------------------------------------------------------------------------- */
 
 static void start_landing(const qn_mesh *mesh, const uint32_t pair[2], qni_landing *landing) {
-    const float *p = mesh->positions + 3 * (size_t)pair[0],
-                *q = mesh->positions + 3 * (size_t)pair[1];
-    for (int a = 0; a < 3; ++a) {
-        landing->position[a] = 0.5f * p[a] + 0.5f * q[a];
-        landing->normal[a] = 0;
-    }
+    qni_middle_of_pair(mesh->positions, mesh->normals, pair[0], pair[1], landing->position,
+                       landing->normal);
     landing->landed = false;
-    if (!mesh->normals)
-        return;
-    const float *n = mesh->normals + 3 * (size_t)pair[0], *m = mesh->normals + 3 * (size_t)pair[1];
-    const float sum[3] = {n[0] + m[0], n[1] + m[1], n[2] + m[2]};
-    const float squares = (sum[0] * sum[0] + sum[1] * sum[1]) + sum[2] * sum[2];
-    const bool good = squares > 1e-6f; /* else they are opposite: the kept one is as good as any */
-    const float scale = good ? 1 / sqrtf(squares) : 0;
-    for (int a = 0; a < 3; ++a)
-        landing->normal[a] = good ? sum[a] * scale : n[a];
 }
 
 int64_t qni_simplify_place(const qni_simplifier *job, const uint32_t (*pairs)[2], int64_t count) {
