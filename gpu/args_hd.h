@@ -43,7 +43,10 @@ typedef struct qni_gpu_totals {
     uint64_t mark_words;                 /* words of quad marks; set by the host */
     uint64_t splits;                     /* quads to be split */
     uint64_t split_quads;                /* quads they add */
-    uint64_t left_on_face;               /* points of doubled edges that stay on their face */
+    /* Simplification: quads that nothing is decided of, that went, points out of reach; how many
+     * vertices and quads there are (set by the host), and are left. */
+    uint64_t open, merged, shrunk, unprojected, lengths[2], packed[2];
+    uint64_t left_on_face; /* points of doubled edges that stay on their face */
     /* Where the own part of a slab begins and ends among all that the slab holds. */
     uint64_t own_active[2], own[2][QNI_GPU_CHANNELS], own_splits[2], own_split_quads[2];
     uint64_t tally[QNI_GPU_STRIPES][QNI_GPU_TALLIES];
@@ -142,6 +145,14 @@ typedef struct qni_gpu_args {
     /* Renumbering: entries from `range_first` on, so many. */
     qni_gpu_shifts shifts;
     int64_t range_first, range_count;
+
+    /* Simplification. A byte of marks a vertex and a quad; places in the packed mesh. */
+    uint8_t *vertex_marks, *quad_marks;
+    uint32_t *vertex_places, *quad_places;
+    float *packed_positions, *packed_normals;
+    uint32_t *packed_quads, *packed_twins, *packed_vertex_halfedges;
+    double lattice[3][4], world[3][4]; /* world to lattice and back */
+    int32_t reproject, colour, rings, middles;
 
     int32_t with_doubled, reverse, with_halfedges;
 } qni_gpu_args;

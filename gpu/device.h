@@ -46,6 +46,7 @@ typedef enum qni_gpu_buffer {
     QNI_GPU_BUFFER_LEAVES,  /* slots, active leaves, counts, scan sums */
     QNI_GPU_BUFFER_RECORDS, /* of active leaves, multiple cells, doubled edges */
     QNI_GPU_BUFFER_REPAIR,
+    QNI_GPU_BUFFER_SIMPLIFY, /* marks and places */
     QNI_GPU_BUFFER_POSITIONS,
     QNI_GPU_BUFFER_NORMALS,
     QNI_GPU_BUFFER_QUADS,
@@ -53,6 +54,7 @@ typedef enum qni_gpu_buffer {
     QNI_GPU_BUFFER_VERTEX_HALFEDGES,
     QNI_GPU_BUFFER_VALENCES,
     QNI_GPU_BUFFER_COLOURS,
+    QNI_GPU_BUFFER_PACKED, /* the simplified mesh */
     QNI_GPU_BUFFER_COUNT
 } qni_gpu_buffer;
 
@@ -66,6 +68,14 @@ typedef struct qni_gpu_pool {
 
 qn_status qni_gpu_reserve(qni_gpu_pool *pool, qni_gpu_buffer buffer, int64_t bytes, void **out,
                           qn_error *error);
+/* The same in parts, each on a boundary of 256 bytes; `memory` of each comes out. */
+typedef struct qni_gpu_part {
+    int64_t count;
+    size_t size;
+    void *memory;
+} qni_gpu_part;
+qn_status qni_gpu_reserve_parts(qni_gpu_pool *pool, qni_gpu_buffer buffer, qni_gpu_part *parts,
+                                int count, qn_error *error);
 void qni_gpu_pool_free(qni_gpu_pool *pool);
 
 #endif

@@ -93,6 +93,11 @@ static qn_status scan(qni_gpu_job *job, uint32_t *data, int64_t stride, int64_t 
     return launch(job, QNI_GPU_KERNEL_scan_places, placed * qni_gpu_scan_tiles_of(most), error);
 }
 
+qn_status qni_gpu_scan(qni_gpu_job *job, uint32_t *data, const uint64_t *length, int64_t most,
+                       uint64_t *total, qn_error *error) {
+    return scan(job, data, 0, 1, 1, length, most, total, error);
+}
+
 static qn_status read_totals(qni_gpu_job *job, qn_error *error) {
     qni_device *device = job->pool->device;
     QN_TRY(device->download(device, &job->totals, job->args.totals, sizeof job->totals, error));
@@ -326,7 +331,7 @@ qn_status qni_gpu_renumber_slab(qni_gpu_job *job, const qni_gpu_shifts *shifts,
 
 int64_t qni_gpu_scratch_bytes(const qni_gpu_job *job) {
     int64_t bytes = 0;
-    for (int n = QNI_GPU_BUFFER_TOTALS; n <= QNI_GPU_BUFFER_REPAIR; ++n)
+    for (int n = QNI_GPU_BUFFER_TOTALS; n <= QNI_GPU_BUFFER_SIMPLIFY; ++n)
         bytes += job->pool->used[n];
     return bytes;
 }

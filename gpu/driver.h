@@ -65,6 +65,11 @@ qn_status qni_gpu_renumber_slab(qni_gpu_job *job, const qni_gpu_shifts *shifts,
                                 const qni_gpu_range vertices[3], const qni_gpu_range quads[2],
                                 qn_error *error);
 
+/* data[n] becomes the sum of those before it, for n up to and with *length, which is in device
+ * memory and at most `most`; args.scan_sums has room. */
+qn_status qni_gpu_scan(qni_gpu_job *job, uint32_t *data, const uint64_t *length, int64_t most,
+                       uint64_t *total, qn_error *error);
+
 /* Device memory that the call used beside samples and mesh. */
 int64_t qni_gpu_scratch_bytes(const qni_gpu_job *job);
 void qni_gpu_fill_report(const qni_gpu_job *job, qn_surface_report *report);

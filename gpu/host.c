@@ -3,6 +3,7 @@
  * the processor does to what came down. */
 #include "gpu/host.h"
 #include "gpu/driver.h"
+#include "gpu/simplify.h"
 #include "gpu/slabs.h"
 #include "gpu/sparse.h"
 #include "dmc/dmc.h"
@@ -111,9 +112,23 @@ static qn_status bring_up(qni_gpu_job *job, const qn_grid *grid, qn_error *error
     return QN_OK;
 }
 
+/* Where the whole mesh is on the device. What is left of halfedges is what is asked for. */
+static qn_status simplify(qn_context *context, qni_gpu_job *job, const qn_surface_options *options,
+                          qn_surface_report *report, qn_error *error) {
+    if (!options->simplify || options->simplify_passes < 0)
+        return QN_OK;
+    if (qni_progress(context, "simplify", 0.5))
+        return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
+    QN_TRY(qni_gpu_simplify(job, options, report, error));
+    job->with_valences = false;
+    job->with_halfedges = (options->halfedges && !options->triangles) || options->relax > 0;
+    return QN_OK;
+}
+
 /* The whole volume at once. */
 static qn_status run_whole(qn_context *context, qni_gpu_job *job, const qn_grid *grid,
-                           qn_mesh **mesh_out, qn_surface_report *report, qn_error *error) {
+                           const qn_surface_options *options, qn_mesh **mesh_out,
+                           qn_surface_report *report, qn_error *error) {
     const double start = qni_seconds();
     QN_TRY(bring_up(job, grid, error));
     if (qni_progress(context, "classify", 0))
@@ -125,6 +140,7 @@ static qn_status run_whole(qn_context *context, qni_gpu_job *job, const qn_grid 
         return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
     QN_TRY(qni_gpu_emit_surface(job, error));
     QN_TRY(qni_gpu_finish_surface(job, error));
+    QN_TRY(simplify(context, job, options, report, error));
     QN_TRY(make_mesh(context, job, grid, mesh_out, error));
     qni_gpu_fill_report(job, report);
     report->device_slabs = 1;
@@ -156,11 +172,11 @@ static qn_status run(qn_context *context, qni_gpu_pool *pool, const qn_volume *v
                           &field, error));
     init_job(job, pool, &field, options);
     if (field.sparse)
-        return run_whole(context, job, grid, mesh_out, report, error);
+        return run_whole(context, job, grid, options, mesh_out, report, error);
     const int32_t layers = (int32_t)field.leaves[2];
     int32_t most_layers = slab_layers ? slab_layers : layers;
     if (!slab_layers && qni_gpu_bytes_to_count(job) <= qni_gpu_budget(pool->device)) {
-        const qn_status status = run_whole(context, job, grid, mesh_out, report, error);
+        const qn_status status = run_whole(context, job, grid, options, mesh_out, report, error);
         if (status == QN_OK || !pool->is_full || layers < 2)
             return status;
         qni_gpu_pool_free(pool);
@@ -190,7 +206,9 @@ qn_status qni_gpu_host_surface(qn_context *context, qni_device *device, const qn
                        .held_before =
                            qn_context_memory(context).current_bytes - report->output_bytes};
         report->device = QN_DEVICE_CUDA;
-        status = qni_dmc_improve(&dmc, *mesh_out, options, report, error);
+        qn_surface_options left = *options;
+        left.simplify = options->simplify && job.with_valences; /* else the device has done it */
+        status = qni_dmc_improve(&dmc, *mesh_out, &left, report, error);
     }
     qni_gpu_free_marks(context, &job);
     if (status != QN_OK) {

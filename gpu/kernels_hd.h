@@ -11,6 +11,7 @@
 #include "gpu/repair_hd.h"
 #include "gpu/scan_hd.h"
 #include "gpu/signs_hd.h"
+#include "gpu/simplify_hd.h"
 #include "gpu/slab_hd.h"
 #include "gpu/sparse_hd.h"
 
@@ -35,6 +36,16 @@
     X(link_splits)                                                                                 \
     X(split_apart)                                                                                 \
     X(split_valences)                                                                              \
+    X(find_first)                                                                                  \
+    X(merge_first)                                                                                 \
+    X(spread)                                                                                      \
+    X(look)                                                                                        \
+    X(decide)                                                                                      \
+    X(carry_out)                                                                                   \
+    X(count_vertices)                                                                              \
+    X(count_quads)                                                                                 \
+    X(pack_vertices)                                                                               \
+    X(pack_quads)                                                                                  \
     X(note_own)                                                                                    \
     X(note_own_splits)                                                                             \
     X(renumber_quads)                                                                              \

@@ -22,6 +22,20 @@ qn_status qni_gpu_reserve(qni_gpu_pool *pool, qni_gpu_buffer buffer, int64_t byt
     return QN_OK;
 }
 
+qn_status qni_gpu_reserve_parts(qni_gpu_pool *pool, qni_gpu_buffer buffer, qni_gpu_part *parts,
+                                int count, qn_error *error) {
+    int64_t bytes = 0;
+    void *memory;
+    for (int n = 0; n < count; ++n)
+        bytes += (parts[n].count * (int64_t)parts[n].size + 255) / 256 * 256;
+    const qn_status status = qni_gpu_reserve(pool, buffer, bytes, &memory, error);
+    for (int n = 0; n < count && status == QN_OK; ++n) {
+        parts[n].memory = memory;
+        memory = (char *)memory + (parts[n].count * (int64_t)parts[n].size + 255) / 256 * 256;
+    }
+    return status;
+}
+
 void qni_gpu_pool_free(qni_gpu_pool *pool) {
     for (int n = 0; n < QNI_GPU_BUFFER_COUNT; ++n) {
         if (pool->memory[n])

@@ -4,6 +4,7 @@
 #include "gpu/cuda.h"
 #include "gpu/driver.h"
 #include "gpu/host.h"
+#include "gpu/simplify.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -18,8 +19,10 @@ struct qn_cuda {
 static const char *cannot(const qn_volume *volume, const qn_surface_options *options) {
     const qn_grid *grid = qn_volume_grid(volume);
     const int64_t size = (int64_t)qn_scalar_size(grid->scalar);
-    if (options->simplify || options->relax > 0)
-        return "simplification and relaxation are the processor's";
+    if (options->relax > 0)
+        return "relaxation is the processor's";
+    if (options->simplify && options->simplify_passes < 0)
+        return "simplification in a single pass, as in the paper, is the processor's";
     if (options->triangles)
         return "triangles are the processor's";
     if (grid->stride[1] % size != 0 || grid->stride[2] % size != 0)
@@ -28,7 +31,8 @@ static const char *cannot(const qn_volume *volume, const qn_surface_options *opt
 }
 
 static qn_status run(qni_gpu_pool *pool, const qn_volume *volume, double isovalue,
-                     const qn_surface_options *options, qni_gpu_job *job, qn_error *error) {
+                     const qn_surface_options *options, qni_gpu_job *job, qn_surface_report *report,
+                     qn_error *error) {
     const qn_grid *grid = qn_volume_grid(volume);
     const int64_t size = (int64_t)qn_scalar_size(grid->scalar);
     const char *why = cannot(volume, options);
@@ -40,11 +44,17 @@ static qn_status run(qni_gpu_pool *pool, const qn_volume *volume, double isovalu
     qni_gpu_job_init(job, pool, &field, grid->samples, grid->stride[1] / size,
                      grid->stride[2] / size);
     job->with_normals = !options->skip_normals;
-    job->with_halfedges = options->halfedges;
+    job->with_halfedges = options->halfedges || options->simplify;
+    job->with_valences = options->simplify;
     job->with_repair = !options->keep_doubled;
     QN_TRY(qni_gpu_count_surface(job, error));
     QN_TRY(qni_gpu_emit_surface(job, error));
-    return qni_gpu_finish_surface(job, error);
+    QN_TRY(qni_gpu_finish_surface(job, error));
+    if (!options->simplify)
+        return QN_OK;
+    QN_TRY(qni_gpu_simplify(job, options, report, error));
+    job->with_halfedges = options->halfedges;
+    return QN_OK;
 }
 
 qn_status qni_gpu_resident_surface(qn_context *context, qni_gpu_pool *pool, const qn_grid *grid,
@@ -60,19 +70,25 @@ qn_status qni_gpu_resident_surface(qn_context *context, qni_gpu_pool *pool, cons
     QNI_CHECK_OPTIONS(options, "qn_surface_options_init", error);
     /* A volume checks the grid and fills in its defaults; it never looks at the samples. */
     QN_TRY(qn_volume_create(context, grid, NULL, NULL, &volume, error));
-    const qn_status status = run(pool, volume, isovalue, options, &job, error);
+    qn_surface_report own;
+    report = report ? report : &own;
+    memset(report, 0, sizeof *report);
+    const qn_status status = run(pool, volume, isovalue, options, &job, report, error);
     if (status == QN_OK) {
         const qni_gpu_args *a = &job.args;
-        const qn_cuda_mesh made = {job.vertex_count, job.quad_count, a->positions,       a->normals,
-                                   a->quads,         a->twins,       a->vertex_halfedges};
+        const bool halves = job.with_halfedges;
+        const qn_cuda_mesh made = {job.vertex_count,
+                                   job.quad_count,
+                                   a->positions,
+                                   a->normals,
+                                   a->quads,
+                                   halves ? a->twins : NULL,
+                                   halves ? a->vertex_halfedges : NULL};
         *mesh = made;
-        if (report) {
-            memset(report, 0, sizeof *report);
-            qni_gpu_fill_report(&job, report);
-            report->device = QN_DEVICE_CUDA;
-            report->device_slabs = 1;
-            report->seconds_total = qni_seconds() - start;
-        }
+        qni_gpu_fill_report(&job, report);
+        report->device = QN_DEVICE_CUDA;
+        report->device_slabs = 1;
+        report->seconds_total = qni_seconds() - start;
     }
     qn_volume_destroy(volume);
     return status;

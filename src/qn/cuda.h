@@ -41,7 +41,8 @@ typedef struct qn_cuda_mesh {
  * report   may be NULL.
  *
  * QN_ERROR_INVALID_ARGUMENT  as qn_volume_create() and qn_surface()
- * QN_ERROR_UNSUPPORTED       exact topology, simplification, relaxation, triangles, count_only; an
+ * QN_ERROR_UNSUPPORTED       exact topology, simplify_passes below 0, relaxation, triangles,
+ *                            count_only; an
  *                            open surface without keep_doubled; samples in foreign byte order or
  *                            not contiguous along x
  * QN_ERROR_OUT_OF_MEMORY     the device's memory is full, or more than 2^32 - 1 vertices */

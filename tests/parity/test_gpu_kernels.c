@@ -161,7 +161,8 @@ static void improved_meshes_are_those_of_the_cpu(void **state) {
         assert_int_equal(report[1].simplify_passes, report[0].simplify_passes);
         assert_true((report[1].merged_quads > 0) == options.simplify);
         assert_true(report[0].repaired_edges > 0);
-        assert_int_equal(cpu.finishes, 3); /* counts, what pass 2 counted, the mesh */
+        if (!options.simplify) /* counts, what pass 2 counted, the mesh */
+            assert_int_equal(cpu.finishes, 3);
         assert_int_equal(cpu.bytes, 0);
         qn_mesh_destroy(mesh[0]);
         qn_mesh_destroy(mesh[1]);
@@ -235,10 +236,6 @@ static void resident_meshes_are_those_of_the_cpu(void **state) {
         test_expect_report("resident", report + 1, report);
         assert_true(i == 0 || cpu.allocations == allocations);
         allocations = cpu.allocations;
-        options.simplify = true;
-        assert_int_equal(
-            qni_gpu_resident_surface(context, &pool, &p.grid, iso, &options, &found, NULL, &error),
-            QN_ERROR_UNSUPPORTED);
         qn_mesh_destroy(mesh);
     }
     qni_gpu_pool_free(&pool);
