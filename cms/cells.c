@@ -179,18 +179,23 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
 /* What gets a union its try (unite.c). */
 static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
                          const qni_cms_tally *before) {
-    qni_trouble trouble = {.cell = {patch->cell.low[0], patch->cell.low[1], patch->cell.low[2]}};
-    bool bad = patch->dropped > 0 || before->moved_loops != chunk->cell_tally.moved_loops;
+    const qni_cms_tally *after = &chunk->cell_tally;
+    qni_trouble trouble = {
+        .cell = {patch->cell.low[0], patch->cell.low[1], patch->cell.low[2]},
+        .bad = patch->dropped + (int32_t)(after->moved_loops - before->moved_loops),
+        .tube =
+            before->tubes != after->tubes || before->unresolved_cells != after->unresolved_cells,
+    };
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         const qni_loop *loop = &patch->loops[n];
-        bad = bad || loop->escaped;
+        trouble.bad += loop->escaped && loop->has_apex;
         trouble.reaches = trouble.reaches || loop->beyond;
         if (loop->beyond || (loop->knows_corner && !trouble.knows_corner)) {
             memcpy(trouble.corner, loop->beyond ? loop->apex : loop->corner, sizeof trouble.corner);
             trouble.knows_corner = true;
         }
     }
-    if (!bad && !trouble.reaches)
+    if (!trouble.bad && !trouble.reaches && !trouble.tube)
         return true;
     if (!qni_stages_grow(stages, (void **)&chunk->troubles, &chunk->trouble_capacity,
                          chunk->trouble_count + 1, sizeof *chunk->troubles))
@@ -213,16 +218,10 @@ qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
     return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
 }
 
-qn_status qni_finish_patch(qni_patch *patch, bool united, qni_cms_tally *tally) {
+qn_status qni_fill_patch(qni_patch *patch, qni_cms_tally *tally) {
     QN_TRY(qni_patch_place_apexes(patch, true, tally));
     QN_TRY(qni_patch_triangulate(patch, tally));
-    return united ? QN_OK : qni_patch_separate(patch, tally);
-}
-
-qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
-                         const qni_cell_box *box, qni_cms_tally *tally, bool *closed) {
-    QN_TRY(qni_trace_patch(stages, patch, leaf, box, closed));
-    return *closed ? qni_finish_patch(patch, box, tally) : QN_OK;
+    return patch->united ? QN_OK : qni_patch_separate(patch, tally);
 }
 
 /* The lowest leaf of a union makes all of it. */
@@ -239,10 +238,11 @@ static bool makes_union(const qni_stages *stages, const qni_cell_box *box, int64
 static qn_status make_united(qni_stages *stages, qni_chunk *chunk, const qni_cell_box *box,
                              qni_patch *patch) {
     bool closed;
-    QN_TRY(qni_make_patch(stages, patch, -1, box, &chunk->cell_tally, &closed));
+    QN_TRY(qni_trace_patch(stages, patch, -1, box, &closed));
     ++chunk->cell_tally.united_cells;
     if (!closed)
         return QN_ERROR_INTERNAL;
+    QN_TRY(qni_fill_patch(patch, &chunk->cell_tally));
     return qni_chunk_emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
 }
 
@@ -260,11 +260,12 @@ static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf
     }
     const qni_cms_tally before = chunk->cell_tally;
     bool closed;
-    QN_TRY(qni_make_patch(stages, patch, leaf, NULL, &chunk->cell_tally, &closed));
+    QN_TRY(qni_trace_patch(stages, patch, leaf, NULL, &closed));
     if (!closed) {
         ++chunk->cell_tally.open_loops;
         return QN_ERROR_INTERNAL;
     }
+    QN_TRY(qni_fill_patch(patch, &chunk->cell_tally));
     if (!came_out_well(patch, &before, &chunk->cell_tally)) {
         if (!qni_stages_grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity,
                              chunk->veto_count + 1, sizeof *chunk->vetoes))

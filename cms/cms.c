@@ -264,6 +264,7 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->escaped_corners += tally->escaped_corners;
         report->reaching_corners += tally->reaching_corners;
         report->united_cells += tally->united_cells;
+        report->split_loops += tally->split_loops;
         report->multiple_cells += tally->multiple_cells;
         report->moved_loops += tally->moved_loops;
         report->nested_cells += tally->nested_cells;

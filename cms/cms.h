@@ -46,7 +46,7 @@ typedef struct qni_cms_job {
 typedef struct qni_cms_tally {
     int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
     int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
-    int64_t reaching_corners, united_cells;
+    int64_t reaching_corners, united_cells, split_loops;
     int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
     int64_t tubes, nested_tubes, lost_tubes;
 } qni_cms_tally;
@@ -111,6 +111,7 @@ typedef struct qni_loop_vertex {
     bool has_plane;
     uint8_t walls; /* faces of the cell it lies on */
     bool sharp;    /* a sharp feature */
+    int32_t same;  /* the vertex of the patch, or the inner point, that it is a copy of */
 } qni_loop_vertex;
 
 typedef struct qni_loop {
@@ -166,7 +167,6 @@ typedef struct qni_unions {
     int64_t count, capacity;
     qni_union_member *members; /* ascending z, y, x; number -1: a corner reaches into it */
     int64_t member_count, member_capacity;
-    bool *troubled; /* of each leaf, while unions are tried */
 } qni_unions;
 
 /* The union that holds a finest cell, or -1 (unite.c). */
@@ -184,6 +184,9 @@ typedef struct qni_patch {
     const qni_unions *unions; /* NULL: none */
     qni_cell cell;            /* the lowest one of a union */
     bool united;
+    bool split; /* the first loop is cut in parts: all others */
+    int64_t traced_loops;
+    int32_t cuts;    /* tried so far */
     int32_t dropped; /* segments without their features */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */
@@ -221,11 +224,18 @@ bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out,
  * `features`. */
 bool qni_patch_trace(qni_patch *patch, const qni_face_feature *features);
 /* Place the apex of each loop (feature.c); `on_surface`: move smooth ones onto the surface. */
+qn_status qni_patch_place_apex(qni_patch *patch, qni_loop *loop, bool on_surface);
 qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally);
 /* Where the sheets between a loop's sharp features meet, next to the middle of the features; with
  * two features, in the plane across (sheets.c). False when that is not found on the surface. */
 bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
                            double point[3]);
+/* Where the sheets of two vertices meet, next to a point, in the plane across their crease. */
+bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const qni_loop_vertex *b,
+                        const double middle[3], double point[3]);
+/* Cut the one loop of a finest cell, or union, in parts that come out well (split.c); false when
+ * that is not found. */
+bool qni_patch_split(qni_patch *patch);
 /* Is a point on the surface, to first order? */
 bool qni_patch_on_surface(const qni_patch *patch, const double point[3], double tolerance);
 /* Triangles of all loops (triangulate.c); in a cell of several loops they are kept apart
@@ -278,6 +288,11 @@ static inline float qni_between(double value, float low, float high) {
  * nearly (near.c). */
 bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
                       const double normal[3], double reach, double at_out[3], double normal_out[3]);
+/* The same from a tangent to a target near its plane, on the same sheet: across a crease is false.
+ */
+bool qni_surface_along(const qn_solid *solid, const double at[3], const double normal[3],
+                       const double target[3], const double direction[3], double reach,
+                       double crease_cosine, double at_out[3], double normal_out[3]);
 
 /* Is a point on the surface, and are the ways to it from points whose tangent planes meet in it,
  * where they come near it? Then what meets there is flat, and the point need not be looked for any

@@ -58,6 +58,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
     patch->piece_count = patch->vertex_count = patch->loop_count = patch->triangle_count =
         patch->inner_count = 0;
     patch->dropped = 0;
+    patch->split = false;
 }
 
 void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
@@ -126,6 +127,7 @@ static bool add_vertex(qni_patch *patch, uint32_t ref, const qni_hermite_crossin
                         patch->vertex_count + 1, sizeof *patch->vertices))
         return false;
     qni_loop_vertex *vertex = &patch->vertices[patch->vertex_count++];
+    vertex->same = (int32_t)patch->vertex_count - 1;
     vertex->ref = ref;
     vertex->crossing = crossing;
     vertex->sharp = feature && feature->sharp;
@@ -187,5 +189,6 @@ bool qni_patch_trace(qni_patch *patch, const qni_face_feature *features) {
     for (int64_t n = 0; n < patch->piece_count; ++n)
         if (patch->pieces[n].to != QNI_NONE && !trace_one(patch, n, features))
             return false;
+    patch->traced_loops = patch->loop_count;
     return true;
 }

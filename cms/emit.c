@@ -51,13 +51,19 @@ static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32
 /* From a fan's apex to each sharp feature on the walls; not from one that had to be put where no
  * corner is. */
 static bool emit_spokes(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
-                        const qni_loop *loop, uint32_t apex) {
+                        const qni_loop *loop, uint32_t apex, int64_t inner_first) {
     for (int32_t m = 0; m < loop->count; ++m) {
         const qni_loop_vertex *vertex = &patch->vertices[loop->first + m];
-        if (vertex->sharp && !emit_crease(stages, chunk, vertex->ref, apex))
+        if (vertex->sharp &&
+            !emit_crease(stages, chunk, ref_of(patch, vertex->same, NULL, inner_first), apex))
             return false;
     }
     return true;
+}
+
+/* Of two parts of a loop, inner points lie on creases. */
+static bool is_sharp(const qni_patch *patch, int32_t vertex) {
+    return vertex >= QNI_INNER || patch->vertices[vertex].sharp;
 }
 
 static bool is_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
@@ -68,31 +74,31 @@ static bool is_folded(const qni_patch *patch, const int32_t a[4], const int32_t 
 /* Is the edge between two triangles a crease? It joins two sharp features, and their tangent planes
  * differ enough. */
 static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
-                      const int32_t a[4], const int32_t b[4]) {
+                      const int32_t a[4], const int32_t b[4], int64_t inner_first) {
     int32_t shared[2] = {0, 0};
     int count = 0;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
             if (a[i] == b[j] && count < 2)
                 shared[count++] = a[i];
-    return count < 2 || !patch->vertices[shared[0]].sharp || !patch->vertices[shared[1]].sharp ||
+    return count < 2 || !is_sharp(patch, shared[0]) || !is_sharp(patch, shared[1]) ||
            !is_folded(patch, a, b) ||
-           emit_crease(stages, chunk, patch->vertices[shared[0]].ref,
-                       patch->vertices[shared[1]].ref);
+           emit_crease(stages, chunk, ref_of(patch, shared[0], NULL, inner_first),
+                       ref_of(patch, shared[1], NULL, inner_first));
 }
 
 static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
-                         const uint32_t *apex_refs) {
+                         const uint32_t *apex_refs, int64_t inner_first) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         const qni_loop *loop = &patch->loops[n];
         if (loop->has_apex && !loop->escaped &&
-            !emit_spokes(stages, chunk, patch, loop, apex_refs[n]))
+            !emit_spokes(stages, chunk, patch, loop, apex_refs[n], inner_first))
             return false;
         for (int32_t s = 0; s < loop->triangle_count && !loop->has_apex; ++s)
             for (int32_t t = s + 1; t < loop->triangle_count; ++t) {
                 const int32_t *a = patch->triangles[loop->triangle_first + s],
                               *b = patch->triangles[loop->triangle_first + t];
-                if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b))
+                if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b, inner_first))
                     return false;
             }
     }
@@ -126,5 +132,5 @@ bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch) {
                 ref_of(patch, patch->triangles[t][k], apex_refs, inner_first);
         chunk->owners[chunk->triangle_count++] = owner_of(patch, patch->triangles[t]);
     }
-    return emit_creases(stages, chunk, patch, apex_refs);
+    return emit_creases(stages, chunk, patch, apex_refs, inner_first);
 }

@@ -254,7 +254,7 @@ static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_sur
     return place_smooth(patch, loop, on_surface);
 }
 
-static qn_status place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
+qn_status qni_patch_place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
     loop->escaped = loop->beyond = loop->knows_corner = false;
     loop->clusters = 1;
     if (loop->sharp_count == 0)
@@ -270,12 +270,11 @@ static qn_status place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
 qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         qni_loop *loop = &patch->loops[n];
-        QN_TRY(place_apex(patch, loop, on_surface));
+        QN_TRY(qni_patch_place_apex(patch, loop, on_surface));
         ++tally->loops;
         tally->smooth_loops += loop->clusters == 1;
         tally->crease_loops += loop->clusters == 2;
         tally->corner_loops += loop->clusters > 2;
-        tally->escaped_corners += loop->escaped;
         tally->reaching_corners += loop->beyond;
     }
     return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;

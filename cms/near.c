@@ -57,3 +57,54 @@ bool qni_flat_pieces_meet(const qn_solid *solid, const double point[3], int32_t 
             return false;
     return isfinite(slope);
 }
+
+/* Does the surface turn little by little from one tangent to another? Where the way is halved again
+ * and again, what a crease turns stays in one half. */
+static bool turns_smoothly(const qn_solid *solid, const double at[2][3], const double normal[2][3],
+                           double crease_cosine) {
+    enum { HALVINGS = 8 };
+    double ends[2][3], normals[2][3];
+    memcpy(ends, at, sizeof ends);
+    memcpy(normals, normal, sizeof normals);
+    for (int step = 0; step < HALVINGS; ++step) {
+        double middle[3], across[3], found[3], turned[3], likeness[2] = {0, 0}, length = 0, all = 0;
+        for (int k = 0; k < 3; ++k) {
+            middle[k] = 0.5 * (ends[0][k] + ends[1][k]);
+            across[k] = normals[0][k] + normals[1][k];
+            length += (ends[1][k] - ends[0][k]) * (ends[1][k] - ends[0][k]);
+            all += across[k] * across[k];
+        }
+        for (int k = 0; k < 3; ++k)
+            across[k] /= sqrt(all);
+        if (!(length > 0) ||
+            !qni_surface_near(solid, middle, across, across, 0.6 * sqrt(length), found, turned))
+            return false;
+        for (int n = 0; n < 2; ++n)
+            for (int k = 0; k < 3; ++k)
+                likeness[n] += turned[k] * normals[n][k];
+        const int smooth = likeness[0] > likeness[1] ? 0 : 1; /* the crease is not on this side */
+        if (likeness[1 - smooth] >= crease_cosine)
+            return true;
+        memcpy(ends[smooth], found, sizeof found);
+        memcpy(normals[smooth], turned, sizeof turned);
+    }
+    return false;
+}
+
+bool qni_surface_along(const qn_solid *solid, const double at[3], const double normal[3],
+                       const double target[3], const double direction[3], double reach,
+                       double crease_cosine, double at_out[3], double normal_out[3]) {
+    double ends[2][3], normals[2][3], likeness = 0;
+    if (!qni_surface_near(solid, target, direction, normal, reach, ends[1], normals[1]))
+        return false;
+    memcpy(ends[0], at, sizeof ends[0]);
+    memcpy(normals[0], normal, sizeof normals[0]);
+    for (int k = 0; k < 3; ++k)
+        likeness += normals[0][k] * normals[1][k];
+    if (likeness < crease_cosine && !turns_smoothly(solid, (const double(*)[3])ends,
+                                                    (const double(*)[3])normals, crease_cosine))
+        return false;
+    memcpy(at_out, ends[1], sizeof ends[1]);
+    memcpy(normal_out, normals[1], sizeof normals[1]);
+    return true;
+}

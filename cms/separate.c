@@ -91,7 +91,7 @@ bool qni_patch_meets_itself(const qni_patch *patch) {
 }
 
 qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally) {
-    if (patch->loop_count < 2)
+    if (patch->loop_count < 2 || patch->split)
         return QN_OK;
     ++tally->multiple_cells;
     int tube[2];

@@ -116,8 +116,8 @@ static bool approach(const qni_patch *patch, sheet *tangent, const double point[
         double target[3], at[3], normal[3];
         for (int k = 0; k < 3; ++k)
             target[k] = tangent->at[k] + share * (point[k] - tangent->at[k]);
-        if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal,
-                              reach * distance, at, normal))
+        if (!qni_surface_along(patch->solid, tangent->at, tangent->normal, target, tangent->normal,
+                               reach * distance, patch->settings->crease_cosine, at, normal))
             continue;
         memcpy(tangent->at, at, sizeof at);
         memcpy(tangent->normal, normal, sizeof normal);
@@ -137,8 +137,8 @@ static void settle(const qni_patch *patch, sheet *tangent, const double point[3]
     for (int k = 0; k < 3; ++k)
         target[k] -= height * tangent->normal[k];
     const double distance = sqrt(distance2(target, tangent->at));
-    if (!qni_surface_near(patch->solid, target, tangent->normal, tangent->normal, 0.5 * distance,
-                          at, normal))
+    if (!qni_surface_along(patch->solid, tangent->at, tangent->normal, target, tangent->normal,
+                           0.5 * distance, patch->settings->crease_cosine, at, normal))
         return;
     memcpy(tangent->at, at, sizeof at);
     memcpy(tangent->normal, normal, sizeof normal);
@@ -156,6 +156,18 @@ static bool are_flat(const qni_patch *patch, const sheet *sheets, int32_t count,
                                 1e-8 * patch->hermite->lattice.cell);
 }
 
+/* Do all tangents pass through a point? Those of creases side by side do not. */
+static bool all_pass(const sheet *sheets, int32_t count, const double point[3], double tolerance) {
+    for (int32_t n = 0; n < count; ++n) {
+        double height = 0;
+        for (int k = 0; k < 3; ++k)
+            height += sheets[n].normal[k] * (point[k] - sheets[n].at[k]);
+        if (!(fabs(height) <= tolerance))
+            return false;
+    }
+    return true;
+}
+
 /* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */
 static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, int32_t rank,
                         double point[3]) {
@@ -165,7 +177,7 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
         return false;
     memcpy(point, next, sizeof next);
     if (are_flat(patch, sheets, count, point))
-        return true;
+        return all_pass(sheets, count, point, 1e-5 * cell);
     for (int32_t n = 0; n < count; ++n)
         if (!sheets[n].fixed)
             settle(patch, &sheets[n], point);
@@ -180,7 +192,7 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
             return false;
         memcpy(point, next, sizeof next);
         if (close && moved < 1e-7 * cell)
-            return true;
+            return all_pass(sheets, count, point, 1e-5 * cell);
     }
     return false;
 }
@@ -226,5 +238,35 @@ bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const d
     }
     memcpy(point, middle, 3 * sizeof *point);
     return count >= 3 && meet_sheets(patch, sheets, count, 3, point) &&
+           qni_patch_on_surface(patch, point, 1e-3 * patch->size);
+}
+
+static void start_sheet(const qni_loop_vertex *vertex, sheet *out) {
+    memcpy(out->at, vertex->at, sizeof out->at);
+    memcpy(out->normal, vertex->normal, sizeof out->normal);
+    memcpy(out->middle, vertex->at, sizeof out->middle);
+    out->fixed = false;
+}
+
+bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const qni_loop_vertex *b,
+                        const double middle[3], double point[3]) {
+    sheet sheets[3];
+    start_sheet(a, &sheets[0]);
+    start_sheet(b, &sheets[1]);
+    double length = 0;
+    for (int k = 0; k < 3; ++k) {
+        const int l = (k + 1) % 3, m = (k + 2) % 3;
+        sheets[2].normal[k] = a->normal[l] * b->normal[m] - a->normal[m] * b->normal[l];
+        sheets[2].at[k] = middle[k];
+        length += sheets[2].normal[k] * sheets[2].normal[k];
+    }
+    length = sqrt(length);
+    if (!(length > 1e-6))
+        return false;
+    for (int k = 0; k < 3; ++k)
+        sheets[2].normal[k] /= length;
+    sheets[2].fixed = true;
+    memcpy(point, middle, 3 * sizeof *point);
+    return meet_sheets(patch, sheets, 3, 3, point) &&
            qni_patch_on_surface(patch, point, 1e-3 * patch->size);
 }

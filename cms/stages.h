@@ -12,11 +12,13 @@ typedef struct qni_leaf_faces {
     uint8_t count[6];
 } qni_leaf_faces;
 
-/* A finest cell that did not come out well, or whose corner reaches into the empty cell beside it.
+/* A finest cell that did not come out well, or whose corner reaches into the empty cell beside it,
+ * or that holds a tube.
  */
 typedef struct qni_trouble {
     int32_t cell[3];
-    bool reaches, knows_corner;
+    int32_t bad; /* loops and segments */
+    bool reaches, knows_corner, tube;
     float corner[3];
 } qni_trouble;
 
@@ -79,13 +81,11 @@ void qni_chunk_recount(qni_stages *stages, int64_t chunk);
 bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch);
 bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_t wanted,
                      size_t size);
-/* Loops, apexes and triangles of a leaf, or of a union of finest cells, whose loops may meet. */
-qn_status qni_make_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
-                         const qni_cell_box *box, qni_cms_tally *tally, bool *closed);
-/* Its two halves: loops without triangles; then apexes and triangles. */
+/* The loops of a leaf, or of a union of finest cells; then their apexes and triangles. A union's
+ * loops may meet. */
 qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
                           const qni_cell_box *box, bool *closed);
-qn_status qni_finish_patch(qni_patch *patch, bool united, qni_cms_tally *tally);
+qn_status qni_fill_patch(qni_patch *patch, qni_cms_tally *tally);
 /* The n-th finest cell of a box, x fastest; false when there are no more. */
 static inline bool qni_box_member(const qni_cell_box *box, int32_t n, qni_cell *cell) {
     const int32_t at[3] = {n % box->size[0], n / box->size[0] % box->size[1],

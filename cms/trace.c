@@ -59,8 +59,10 @@ static bool approach(const qni_face_job *job, qni_face_line *line, const double 
     to_space(job, foot, point);
     direction[job->p] = line->normal[0];
     direction[job->q] = line->normal[1];
-    return qni_surface_near(job->solid, point, direction, line->space_normal, 0.3 * distance, at,
-                            normal) &&
+    double from[3];
+    to_space(job, line->at, from);
+    return qni_surface_along(job->solid, from, line->space_normal, point, direction, 0.3 * distance,
+                             job->settings->crease_cosine, at, normal) &&
            set_line(job, at, normal, line);
 }
 

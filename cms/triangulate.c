@@ -365,15 +365,26 @@ static bool is_odd(const qni_patch *patch, const qni_loop *loop) {
            (loop->escaped || loop->sharp_count == 1);
 }
 
+/* Can it be a loop of several corners or creases? */
+static bool is_many(const qni_patch *patch, const qni_loop *loop) {
+    return patch->settings->features && patch->cell.level == 0 && patch->octree && !patch->united &&
+           patch->loop_count == 1 && loop->escaped && loop->sharp_count >= 4;
+}
+
 qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         qni_loop *loop = &patch->loops[n];
         if (qni_patch_flat(patch, loop, false))
             ++tally->flat_loops;
-        else if (patch->cell.level == 0 && is_odd(patch, loop))
+        else if (is_many(patch, loop) && qni_patch_split(patch)) {
+            ++tally->split_loops;
+            break;
+        } else if (patch->cell.level == 0 && is_odd(patch, loop))
             QN_TRY(triangulate_odd(patch, loop));
         else
             qni_patch_fan(patch, loop);
     }
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        tally->escaped_corners += patch->loops[n].escaped && patch->loops[n].has_apex;
     return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
 }

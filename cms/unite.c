@@ -76,65 +76,80 @@ void qni_unions_free(qni_stages *stages) {
 /* ---- judging a box
  * ------------------------------------------------------------------------------- */
 
-typedef struct verdict {
-    int64_t pieces, loops, bad;
-    bool usable; /* no two loops are one tube, none meet another */
-} verdict;
+typedef struct unite_job {
+    qni_stages *stages;
+    const qni_trouble **troubles; /* of all chunks, by cell */
+    int64_t count;
+} unite_job;
 
-static void add_verdict(const qni_patch *patch, const qni_cms_tally *tally, bool closed,
-                        verdict *sum) {
-    sum->pieces += patch->piece_count;
-    sum->loops += patch->loop_count;
-    sum->bad += patch->dropped + tally->moved_loops;
-    for (int64_t n = 0; n < patch->loop_count; ++n)
-        sum->bad += patch->loops[n].escaped;
-    sum->usable = sum->usable && closed && tally->tubes == 0 && tally->unresolved_cells == 0;
+static int compare_troubles(const void *a, const void *b) {
+    return compare_places((*(const qni_trouble *const *)a)->cell,
+                          (*(const qni_trouble *const *)b)->cell);
 }
 
-/* What the cells round one come to, each on its own: boxes that hold it share them. A cell of one
- * loop that is not known as bad is not: its loop says all of it. */
+static const qni_trouble *find_trouble(const unite_job *job, const int32_t cell[3]) {
+    int64_t from = 0, to = job->count;
+    while (from < to) {
+        const int64_t middle = from + (to - from) / 2;
+        if (compare_places(job->troubles[middle]->cell, cell) < 0)
+            from = middle + 1;
+        else
+            to = middle;
+    }
+    return from < job->count && compare_places(job->troubles[from]->cell, cell) == 0
+               ? job->troubles[from]
+               : NULL;
+}
+
+typedef struct verdict {
+    int64_t pieces, loops, bad;
+    bool tube;
+} verdict;
+
+/* What the cells round one come to, each on its own: boxes that hold it share them. */
 typedef struct surroundings {
     int32_t low[3]; /* of the lowest one */
     bool known[MOST_BOXES];
     verdict verdicts[MOST_BOXES];
 } surroundings;
 
-static qn_status judge_cell(qni_stages *stages, surroundings *around, const qni_cell *cell,
+static qn_status judge_cell(const unite_job *job, surroundings *around, const qni_cell *cell,
                             const verdict **verdict_out) {
     const int place = 9 * (cell->low[2] - around->low[2]) + 3 * (cell->low[1] - around->low[1]) +
                       cell->low[0] - around->low[0];
-    const verdict none = {0, 0, 0, true};
+    const verdict none = {0, 0, 0, false};
     verdict *own = &around->verdicts[place];
     *verdict_out = own;
     if (around->known[place])
         return QN_OK;
     *own = none;
     around->known[place] = true;
-    const int64_t leaf = qni_octree_find_leaf(stages->octree, cell);
-    qni_cms_tally tally = {0};
+    const int64_t leaf = qni_octree_find_leaf(job->stages->octree, cell);
+    const qni_trouble *trouble = find_trouble(job, cell->low);
+    qni_patch *patch = &job->stages->patches[0];
     bool closed;
     if (leaf < 0)
         return QN_OK;
-    qni_patch *patch = &stages->patches[0];
-    QN_TRY(qni_trace_patch(stages, patch, leaf, NULL, &closed));
-    if (closed && (stages->unions.troubled[leaf] || patch->loop_count > 1))
-        QN_TRY(qni_finish_patch(patch, false, &tally));
-    add_verdict(patch, &tally, closed, own);
+    QN_TRY(qni_trace_patch(job->stages, patch, leaf, NULL, &closed));
+    own->pieces = patch->piece_count;
+    own->loops = patch->loop_count;
+    own->bad = trouble ? trouble->bad : 0;
+    own->tube = trouble && trouble->tube;
     return QN_OK;
 }
 
-static qn_status judge_members(qni_stages *stages, surroundings *around, const qni_cell_box *box,
+static qn_status judge_members(const unite_job *job, surroundings *around, const qni_cell_box *box,
                                verdict *sum) {
-    const verdict none = {0, 0, 0, true};
+    const verdict none = {0, 0, 0, false};
     qni_cell cell = {{0, 0, 0}, 0};
     *sum = none;
     for (int32_t n = 0; qni_box_member(box, n, &cell); ++n) {
         const verdict *own;
-        QN_TRY(judge_cell(stages, around, &cell, &own));
+        QN_TRY(judge_cell(job, around, &cell, &own));
         sum->pieces += own->pieces;
         sum->loops += own->loops;
         sum->bad += own->bad;
-        sum->usable = sum->usable && own->usable;
+        sum->tube = sum->tube || own->tube;
     }
     return QN_OK;
 }
@@ -156,27 +171,38 @@ static int64_t inner_crossings(const qni_hermite *hermite, const qni_cell_box *b
     return count;
 }
 
-/* Does the box come out better than its cells, by more than `least`? Its discs must be as many as
- * the cells' discs make when they are joined at the walls between: Euler's number stays. */
-static qn_status judge_box(qni_stages *stages, surroundings *around, const qni_cell_box *box,
-                           int64_t least, int64_t *gain) {
-    verdict apart, together = {0, 0, 0, true};
+static int64_t bad_of(const qni_patch *patch) {
+    int64_t bad = patch->dropped;
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        bad += patch->loops[n].escaped && patch->loops[n].has_apex;
+    return bad;
+}
+
+/* How much better does the box come out than its cells, if by more than `least`? Its discs must be
+ * as many as the cells' discs make when they are joined at the walls between: Euler's number stays.
+ */
+static qn_status judge_box(const unite_job *job, surroundings *around, const qni_cell_box *box,
+                           int64_t least, int64_t *gain, bool *perfect) {
+    qni_patch *patch = &job->stages->patches[0];
     qni_cms_tally tally = {0};
+    verdict apart;
     bool closed;
     *gain = 0;
-    QN_TRY(judge_members(stages, around, box, &apart));
-    if (!apart.usable || apart.bad <= least) /* not even without a flaw would it be the best */
+    *perfect = false;
+    QN_TRY(judge_members(job, around, box, &apart));
+    if (apart.tube || apart.bad <= least) /* not even without a flaw would it be the best */
         return QN_OK;
-    qni_patch *patch = &stages->patches[0];
-    QN_TRY(qni_trace_patch(stages, patch, -1, box, &closed));
+    QN_TRY(qni_trace_patch(job->stages, patch, -1, box, &closed));
     const int64_t inner_segments = (apart.pieces - patch->piece_count) / 2,
-                  euler = apart.loops - inner_segments + inner_crossings(stages->hermite, box);
-    if (!closed || patch->loop_count != euler)
+                  euler = apart.loops - inner_segments + inner_crossings(job->stages->hermite, box);
+    if (!closed || patch->traced_loops != euler || patch->dropped >= apart.bad)
         return QN_OK;
-    QN_TRY(qni_finish_patch(patch, true, &tally));
-    add_verdict(patch, &tally, closed, &together);
-    if (together.usable && !qni_patch_loops_meet(patch))
-        *gain = apart.bad - together.bad;
+    QN_TRY(qni_fill_patch(patch, &tally));
+    const int64_t bad = bad_of(patch);
+    if (bad < apart.bad && (patch->split || !qni_patch_loops_meet(patch))) {
+        *gain = apart.bad - bad;
+        *perfect = bad == 0;
+    }
     return QN_OK;
 }
 
@@ -267,14 +293,17 @@ static qn_status unite(qni_stages *stages, const qni_cell_box *box) {
 }
 
 /* A coarse leaf that holds the corner is divided first: the cell asks again in the next round. */
-static qn_status try_boxes(qni_stages *stages, const qni_trouble *trouble, qni_veto_list *vetoes) {
-    qni_cell_box boxes[MOST_BOXES], best;
+static qn_status try_boxes(const unite_job *job, const qni_trouble *trouble,
+                           qni_veto_list *vetoes) {
+    qni_stages *stages = job->stages;
+    qni_cell_box boxes[MOST_BOXES], best = {{0, 0, 0}, {0, 0, 0}};
     const int count = list_boxes(stages, trouble, boxes);
     surroundings around = {.known = {false}};
+    bool perfect = false;
     int64_t most = 0;
     for (int k = 0; k < 3; ++k)
         around.low[k] = trouble->cell[k] - 1;
-    for (int n = 0; n < count; ++n) {
+    for (int n = 0; n < count && !perfect; ++n) {
         qni_cell coarse;
         int64_t gain;
         if (lies_across_bounds(stages, &boxes[n]))
@@ -284,13 +313,12 @@ static qn_status try_boxes(qni_stages *stages, const qni_trouble *trouble, qni_v
                 return qni_stages_add_vetoes(stages, vetoes, &coarse, 1);
             continue;
         }
-        QN_TRY(judge_box(stages, &around, &boxes[n], most, &gain));
+        QN_TRY(judge_box(job, &around, &boxes[n], most, &gain, &perfect));
         if (gain > most) {
             most = gain;
             best = boxes[n];
         }
-        if (n == 0 && trouble->knows_corner && most > 0)
-            break;
+        perfect = perfect || (n == 0 && trouble->knows_corner && most > 0);
     }
     return most > 0 ? unite(stages, &best) : QN_OK;
 }
@@ -307,42 +335,35 @@ static bool claim_reached(qni_stages *stages, const qni_trouble *trouble) {
     return true;
 }
 
-static void mark_troubled(qni_stages *stages) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t m = 0; m < stages->chunks[n].trouble_count; ++m) {
-            const int32_t *low = stages->chunks[n].troubles[m].cell;
-            const qni_cell cell = {{low[0], low[1], low[2]}, 0};
-            const int64_t leaf = qni_octree_find_leaf(stages->octree, &cell);
-            if (leaf >= 0)
-                stages->unions.troubled[leaf] = true;
-        }
-}
-
-static qn_status try_all(qni_stages *stages, qni_veto_list *vetoes) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        stages->chunks[n].solve = stages->chunks[n].make = false;
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t m = 0; m < stages->chunks[n].trouble_count; ++m)
-            if (stages->chunks[n].troubles[m].reaches &&
-                !claim_reached(stages, &stages->chunks[n].troubles[m]))
-                return qni_fail_memory(stages->error, "a surface");
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t m = 0; m < stages->chunks[n].trouble_count; ++m) {
-            const qni_trouble *trouble = &stages->chunks[n].troubles[m];
-            if (!trouble->reaches && !is_claimed(&stages->unions, trouble->cell))
-                QN_TRY(try_boxes(stages, trouble, vetoes));
-        }
+static qn_status try_all(const unite_job *job, qni_veto_list *vetoes) {
+    for (int64_t n = 0; n < job->count; ++n)
+        if (job->troubles[n]->reaches && !claim_reached(job->stages, job->troubles[n]))
+            return qni_fail_memory(job->stages->error, "a surface");
+    for (int64_t n = 0; n < job->count; ++n) {
+        const qni_trouble *trouble = job->troubles[n];
+        if (trouble->bad && !trouble->reaches && !is_claimed(&job->stages->unions, trouble->cell))
+            QN_TRY(try_boxes(job, trouble, vetoes));
+    }
     return QN_OK;
 }
 
 qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes) {
-    const int64_t leaves = stages->octree->leaf_count;
-    stages->unions.troubled = qni_alloc_zero(stages->context, leaves, sizeof(bool));
-    if (!stages->unions.troubled)
+    unite_job job = {stages, NULL, 0};
+    for (int64_t n = 0; n < stages->chunk_count; ++n) {
+        stages->chunks[n].solve = stages->chunks[n].make = false;
+        job.count += stages->chunks[n].trouble_count;
+    }
+    const int64_t room = job.count;
+    job.troubles = qni_alloc(stages->context, room, sizeof *job.troubles);
+    if (!job.troubles)
         return qni_fail_memory(stages->error, "a surface");
-    mark_troubled(stages);
-    const qn_status status = try_all(stages, vetoes);
-    qni_free(stages->context, stages->unions.troubled, leaves, sizeof(bool));
-    stages->unions.troubled = NULL;
+    job.count = 0;
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        for (int64_t m = 0; m < stages->chunks[n].trouble_count; ++m)
+            job.troubles[job.count++] = &stages->chunks[n].troubles[m];
+    if (job.count)
+        qsort(job.troubles, (size_t)job.count, sizeof *job.troubles, compare_troubles);
+    const qn_status status = try_all(&job, vetoes);
+    qni_free(stages->context, (void *)job.troubles, room, sizeof *job.troubles);
     return status;
 }

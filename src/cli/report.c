@@ -166,6 +166,7 @@ static void set_solid_integers(json_t *object, const qn_solid_surface_report *s)
         {"escaped_corners", s->escaped_corners},
         {"reaching_corners", s->reaching_corners},
         {"united_cells", s->united_cells},
+        {"split_loops", s->split_loops},
         {"multiple_cells", s->multiple_cells},
         {"moved_loops", s->moved_loops},
         {"nested_cells", s->nested_cells},

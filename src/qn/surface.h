@@ -235,6 +235,7 @@ typedef struct qn_solid_surface_report {
                    * vertices were rounded to floats again when they were moved to the world */
     int64_t united_cells; /* boxes of 2 to 8 finest cells made as one, since a corner or crease
                            * pokes through a wall between them where no lattice edge tells */
+    int64_t split_loops;  /* loops cut in parts, since they hold several corners or creases */
 } qn_solid_surface_report;
 
 /* Extract the surface of a solid by adaptive Cubical Marching Squares: triangles wound

@@ -196,12 +196,12 @@ static void bored_cubes(void **state) {
 
 static void wedges(void **state) {
     (void)state;
-    measure_all("wedge", make_wedge, 0.5, 5, test_count(179, 179), 0.97);
+    measure_all("wedge", make_wedge, 0.5, 5, test_count(179, 179), 0.99);
 }
 
 static void figures_8(void **state) {
     (void)state;
-    measure_all("figure 8", make_figure_8, 0, 6, test_count(12, 200), 0.98);
+    measure_all("figure 8", make_figure_8, 0, 6, test_count(12, 200), 1);
 }
 
 static void bitten_corners(void **state) {

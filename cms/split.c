@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+/* A loop that holds more than one corner, or creases that do not meet: cut in two, and again.
+ *
+ * A cut runs from one vertex of the loop to another, either straight through a sheet between two
+ * creases, or by way of a point on the crease between two corners. Each part is a loop as any
+ * other, with its own apex. Parts do not lie on walls only, so all triangles are tested against
+ * each other. */
+#include "cms/cms.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST_DEPTH = 3, MOST_VERTICES = 24, LEAST_SHARP = 2, MOST_CUTS = 40 };
+
+/* A cut: from vertex a to vertex b of a loop, by way of an inner point if there is one. Ends that
+ * are sharp belong to the part after them where the bit says so, else to the one before. */
+typedef struct cut {
+    int32_t a, b;
+    int32_t inner;    /* number of the inner point; -1: none */
+    bool sharp[2][2]; /* [part][end] */
+} cut;
+
+typedef struct marks {
+    int64_t vertices, loops, triangles, inner;
+} marks;
+
+static marks mark(const qni_patch *patch) {
+    const marks at = {patch->vertex_count, patch->loop_count, patch->triangle_count,
+                      patch->inner_count};
+    return at;
+}
+
+static void go_back(qni_patch *patch, const marks *at) {
+    patch->vertex_count = at->vertices;
+    patch->loop_count = at->loops;
+    patch->triangle_count = at->triangles;
+    patch->inner_count = at->inner;
+}
+
+static bool copy_vertex(qni_patch *patch, int64_t from) {
+    if (!qni_patch_grow(patch, (void **)&patch->vertices, &patch->vertex_capacity,
+                        patch->vertex_count + 1, sizeof *patch->vertices))
+        return false;
+    patch->vertices[patch->vertex_count++] = patch->vertices[from];
+    return true;
+}
+
+/* The inner point as a vertex of a part. */
+static bool add_inner_vertex(qni_patch *patch, int32_t inner) {
+    if (!qni_patch_grow(patch, (void **)&patch->vertices, &patch->vertex_capacity,
+                        patch->vertex_count + 1, sizeof *patch->vertices))
+        return false;
+    qni_loop_vertex *vertex = &patch->vertices[patch->vertex_count++];
+    memset(vertex, 0, sizeof *vertex);
+    memcpy(vertex->place, patch->inner[inner], sizeof vertex->place);
+    for (int k = 0; k < 3; ++k)
+        vertex->at[k] = (double)vertex->place[k];
+    vertex->sharp = true;
+    vertex->same = QNI_INNER + inner;
+    return true;
+}
+
+/* One part, from one end of the cut along the loop to the other. */
+static bool add_part(qni_patch *patch, int64_t whole, const cut *at, int part) {
+    if (!qni_patch_grow(patch, (void **)&patch->loops, &patch->loop_capacity, patch->loop_count + 1,
+                        sizeof *patch->loops))
+        return false;
+    const qni_loop from = patch->loops[whole];
+    const int32_t first = part ? at->b : at->a, last = part ? at->a + from.count : at->b;
+    qni_loop *loop = &patch->loops[patch->loop_count++];
+    memset(loop, 0, sizeof *loop);
+    loop->first = (int32_t)patch->vertex_count;
+    for (int32_t n = first; n <= last; ++n) {
+        if (!copy_vertex(patch, from.first + n % from.count))
+            return false;
+        qni_loop_vertex *vertex = &patch->vertices[patch->vertex_count - 1];
+        if (n == first || n == last)
+            vertex->sharp = at->sharp[part][(n == last) != (part == 1)];
+        loop->sharp_count += vertex->sharp;
+    }
+    if (at->inner >= 0 && !add_inner_vertex(patch, at->inner))
+        return false;
+    loop->sharp_count += at->inner >= 0;
+    loop->count = (int32_t)patch->vertex_count - loop->first;
+    return true;
+}
+
+static bool split_loop(qni_patch *patch, int64_t whole, int depth);
+
+/* Do the cut's ends lie on the sheets they were put to? What they know of planes is like what their
+ * neighbours on the part know. */
+static bool ends_fit(const qni_patch *patch, const qni_loop *loop) {
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *a = &patch->vertices[loop->first + n],
+                              *b = &patch->vertices[loop->first + (n + 1) % loop->count];
+        double likeness = 0;
+        for (int k = 0; k < 3; ++k)
+            likeness += a->normal[k] * b->normal[k];
+        if (!(a->crossing && b->crossing) && a->has_plane && b->has_plane && !a->sharp &&
+            !b->sharp && likeness < patch->settings->crease_cosine)
+            return false;
+    }
+    return true;
+}
+
+/* Triangles of a part; false when it does not come out well. */
+static bool finish_part(qni_patch *patch, int64_t part, int depth) {
+    qni_loop *loop = &patch->loops[part];
+    if (loop->count < 3 || loop->sharp_count < LEAST_SHARP || !ends_fit(patch, loop) ||
+        qni_patch_place_apex(patch, loop, true) != QN_OK)
+        return false;
+    if (qni_patch_flat(patch, loop, false))
+        return true;
+    if (loop->escaped)
+        return loop->sharp_count >= 2 * LEAST_SHARP && split_loop(patch, part, depth + 1);
+    qni_patch_fan(patch, loop);
+    return true;
+}
+
+/* All triangles, each with the numbers that its vertices have in common. */
+static void unify(qni_patch *patch) {
+    for (int64_t t = 0; t < patch->triangle_count; ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int32_t vertex = patch->triangles[t][k];
+            if (vertex >= 0 && vertex < QNI_INNER)
+                patch->triangles[t][k] = patch->vertices[vertex].same;
+        }
+}
+
+static bool try_cut(qni_patch *patch, int64_t whole, const cut *at, int depth) {
+    if (patch->cuts++ >= MOST_CUTS)
+        return false;
+    const int64_t first = patch->loop_count;
+    if (!add_part(patch, whole, at, 0) || !add_part(patch, whole, at, 1))
+        return false;
+    if (!finish_part(patch, first, depth) || !finish_part(patch, first + 1, depth))
+        return false;
+    if (depth > 0)
+        return true;
+    unify(patch);
+    return !qni_patch_meets_itself(patch);
+}
+
+/* Ends that are sharp are so in one part only, unless the cut runs along no crease. */
+static bool try_ends(qni_patch *patch, int64_t whole, cut *at, int depth) {
+    const qni_loop *loop = &patch->loops[whole];
+    const bool a = patch->vertices[loop->first + at->a].sharp,
+               b = patch->vertices[loop->first + at->b].sharp;
+    const marks before = mark(patch);
+    for (int choice = 0; choice < 4; ++choice) {
+        if (((choice & 1) && !a) || ((choice & 2) && !b))
+            continue;
+        at->sharp[0][0] = a && !(choice & 1);
+        at->sharp[1][0] = a && (choice & 1);
+        at->sharp[0][1] = b && !(choice & 2);
+        at->sharp[1][1] = b && (choice & 2);
+        if (try_cut(patch, whole, at, depth))
+            return true;
+        go_back(patch, &before);
+    }
+    return false;
+}
+
+/* May a cut run between these two? Creases must be left on either side. */
+static bool may_cut(const qni_patch *patch, const qni_loop *loop, int32_t a, int32_t b,
+                    int32_t least) {
+    const qni_loop_vertex *v = patch->vertices + loop->first;
+    int32_t between = 0;
+    for (int32_t n = a; n <= b; ++n)
+        between += v[n].sharp;
+    const int32_t beyond = loop->sharp_count - between + v[a].sharp + v[b].sharp;
+    if (between < least || beyond < least)
+        return false;
+    return patch->cuts < MOST_CUTS && b - a > 1 && a + loop->count - b > 1 &&
+           !(v[a].walls & v[b].walls);
+}
+
+/* Straight through a sheet: the middle of the chord is near the surface. */
+static bool cut_sheet(qni_patch *patch, int64_t whole, int depth) {
+    const int32_t count = patch->loops[whole].count;
+    for (int32_t a = 0; a < count; ++a)
+        for (int32_t b = a + 2; b < count; ++b) {
+            const qni_loop *loop = &patch->loops[whole];
+            const qni_loop_vertex *v = patch->vertices + loop->first;
+            double middle[3];
+            for (int k = 0; k < 3; ++k)
+                middle[k] = 0.5 * ((double)v[a].place[k] + (double)v[b].place[k]);
+            cut at = {a, b, -1, {{false, false}, {false, false}}};
+            if (may_cut(patch, loop, a, b, LEAST_SHARP) &&
+                qni_patch_on_surface(patch, middle, 0.05 * patch->size) &&
+                try_ends(patch, whole, &at, depth))
+                return true;
+        }
+    return false;
+}
+
+static void middle_of_sharp(const qni_patch *patch, const qni_loop *loop, double middle[3]) {
+    middle[0] = middle[1] = middle[2] = 0;
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        for (int k = 0; k < 3 && vertex->sharp; ++k)
+            middle[k] += (double)vertex->place[k] / loop->sharp_count;
+    }
+}
+
+static bool is_inside(const qni_patch *patch, const double point[3]) {
+    for (int k = 0; k < 3; ++k)
+        if (!(point[k] > (double)patch->low[k] && point[k] < (double)patch->high[k]))
+            return false;
+    return true;
+}
+
+/* What comes after a sharp feature speaks for the sheet between that one and the next: a crossing,
+ * or at once the next one, if it knows the plane. */
+static bool leads_sheet(const qni_loop_vertex *v, int32_t count, int32_t n) {
+    return v[n].has_plane && v[(n + count - 1) % count].sharp;
+}
+
+/* By way of the crease between two corners, where the sheets of both ends meet. */
+static bool cut_crease(qni_patch *patch, int64_t whole, int depth) {
+    const int32_t count = patch->loops[whole].count;
+    double middle[3];
+    middle_of_sharp(patch, &patch->loops[whole], middle);
+    for (int32_t a = 0; a < count; ++a)
+        for (int32_t b = a + 2; b < count; ++b) {
+            const qni_loop *loop = &patch->loops[whole];
+            const qni_loop_vertex *v = patch->vertices + loop->first;
+            double point[3];
+            if (!leads_sheet(v, count, a) || !leads_sheet(v, count, b))
+                continue;
+            if (!may_cut(patch, loop, a, b, LEAST_SHARP) || patch->cuts++ >= MOST_CUTS ||
+                !qni_patch_meet_two(patch, &v[a], &v[b], middle, point) ||
+                !is_inside(patch, point) ||
+                !qni_patch_grow(patch, (void **)&patch->inner, &patch->inner_capacity,
+                                patch->inner_count + 1, sizeof *patch->inner))
+                continue;
+            for (int k = 0; k < 3; ++k)
+                patch->inner[patch->inner_count][k] =
+                    qni_between(point[k], patch->clear_low[k], patch->clear_high[k]);
+            cut at = {a, b, (int32_t)patch->inner_count++, {{false, false}, {false, false}}};
+            if (try_ends(patch, whole, &at, depth))
+                return true;
+            --patch->inner_count;
+        }
+    return false;
+}
+
+/* The whole loop keeps no triangles of its own. */
+static bool split_loop(qni_patch *patch, int64_t whole, int depth) {
+    if (depth >= MOST_DEPTH || patch->loops[whole].count > MOST_VERTICES)
+        return false;
+    if (!cut_sheet(patch, whole, depth) && !cut_crease(patch, whole, depth))
+        return false;
+    qni_loop *loop = &patch->loops[whole];
+    loop->escaped = loop->has_apex = false;
+    loop->triangle_count = 0;
+    return true;
+}
+
+bool qni_patch_split(qni_patch *patch) {
+    const marks before = mark(patch);
+    patch->cuts = 0;
+    patch->split = split_loop(patch, 0, 0);
+    if (!patch->split)
+        go_back(patch, &before);
+    return patch->split;
+}
