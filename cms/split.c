@@ -110,7 +110,7 @@ static bool finish_part(qni_patch *patch, int64_t part, int depth) {
         qni_patch_place_apex(patch, loop, true) != QN_OK)
         return false;
     if (qni_patch_flat(patch, loop, false))
-        return true;
+        return !loop->escaped;
     if (loop->escaped)
         return loop->sharp_count >= 2 * LEAST_SHARP && split_loop(patch, part, depth + 1);
     qni_patch_fan(patch, loop);

@@ -310,14 +310,18 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
 }
 
 /* A corner in the cell has its fan: triangles that miss it a little are not taken instead. Where
- * several creases come through, neither are any that miss one just beyond the cell. */
+ * several creases come through, neither are any that miss one just beyond the cell; those that do
+ * well tell that the creases pass side by side. */
 bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force) {
     const bool corner = loop->clusters > 2 && !loop->escaped;
-    const double tolerance = patch->settings->tolerance;
-    return (force || !corner) &&
-           flat_within(patch, loop, force,
-                       loop->sharp_count > 2 ? fmin(tolerance, 2e-5 * patch->hermite->lattice.cell)
-                                             : tolerance);
+    const bool several = loop->sharp_count > 2;
+    const double exact = 2e-5 * patch->hermite->lattice.cell,
+                 tolerance = patch->settings->tolerance;
+    if ((corner && !force) ||
+        !flat_within(patch, loop, force, several ? fmin(tolerance, exact) : tolerance))
+        return false;
+    loop->escaped = loop->escaped && (force || !several);
+    return true;
 }
 
 /* How far the loop's triangles are from the surface at their centroids, by the solid's values. */
@@ -385,6 +389,7 @@ qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally) {
             qni_patch_fan(patch, loop);
     }
     for (int64_t n = 0; n < patch->loop_count; ++n)
-        tally->escaped_corners += patch->loops[n].escaped && patch->loops[n].has_apex;
+        tally->escaped_corners +=
+            patch->loops[n].escaped && (patch->loops[n].has_apex || patch->cell.level == 0);
     return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
 }

@@ -174,7 +174,7 @@ static int64_t inner_crossings(const qni_hermite *hermite, const qni_cell_box *b
 static int64_t bad_of(const qni_patch *patch) {
     int64_t bad = patch->dropped;
     for (int64_t n = 0; n < patch->loop_count; ++n)
-        bad += patch->loops[n].escaped && patch->loops[n].has_apex;
+        bad += patch->loops[n].escaped;
     return bad;
 }
 
