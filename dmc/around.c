@@ -86,18 +86,22 @@ static void add(const qni_around *around, uint32_t quad, finding *found) {
     found->quads[found->count++] = quad;
 }
 
-/* Among the quads of the vertex' cell, as the grid has them, and those that came later. */
-static void look_for(const qni_around *around, uint32_t vertex, finding *found) {
+/* Among the quads of the vertex' cell, as the grid has them. */
+static void look_in_cell(const qni_around *around, uint32_t vertex, finding *found) {
     const qni_leaf_index *index = around->index;
+    if (vertex >= index->vertex_start[index->leaves])
+        return;
+    uint32_t quads[QNI_EDGES];
+    const int count = qni_leaf_index_quads(index, vertex, quads);
+    for (int n = 0; n < count; ++n)
+        if (qni_has_corner(around->mesh->quads + 4 * (size_t)quads[n], vertex))
+            add(around, quads[n], found);
+}
+
+/* Among those that came later. */
+static void look_in_pairs(const qni_around *around, uint32_t vertex, finding *found) {
     const qni_pairs *pairs = &around->pairs;
-    if (vertex < index->vertex_start[index->leaves]) {
-        uint32_t quads[QNI_EDGES];
-        const int count = qni_leaf_index_quads(index, vertex, quads);
-        for (int n = 0; n < count; ++n)
-            if (qni_has_corner(around->mesh->quads + 4 * (size_t)quads[n], vertex))
-                add(around, quads[n], found);
-    }
-    if (pairs->heads == 0 || found->count == found->wanted)
+    if (pairs->heads == 0)
         return;
     for (uint32_t n = pairs->head[chain_of(pairs, vertex)]; n; n = pairs->pair[n - 1][2])
         if (pairs->pair[n - 1][0] == vertex)
@@ -120,11 +124,17 @@ int qni_quads_round(const qni_around *around, uint32_t vertex,
     if (around->mesh->twins)
         return walk_round(around, vertex, quads);
     finding found = {quads, 0, qni_valence_now(around, vertex)};
-    look_for(around, vertex, &found);
-    if (around->valence[vertex] & QNI_VALENCE_MERGED)
-        for (uint32_t member = around->circle[vertex];
-             member != vertex && found.count < found.wanted; member = around->circle[member])
-            look_for(around, member, &found);
+    const bool merged = around->valence[vertex] & QNI_VALENCE_MERGED;
+    for (int later = 0; later < 2 && found.count < found.wanted; ++later) {
+        uint32_t member = vertex;
+        do {
+            if (later)
+                look_in_pairs(around, member, &found);
+            else
+                look_in_cell(around, member, &found);
+            member = merged ? around->circle[member] : vertex;
+        } while (member != vertex && found.count < found.wanted);
+    }
     assert(found.count == found.wanted);
     return found.count;
 }
