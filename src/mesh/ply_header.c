@@ -69,6 +69,10 @@ static qni_ply_role role_of(qni_text *text, bool is_vertex, bool is_list) {
     if (!is_vertex && is_list &&
         (qni_take_word(text, "vertex_indices") || qni_take_word(text, "vertex_index")))
         return QNI_PLY_CORNERS;
+    static const char *const owners[] = {"owner", "material_index", "material", "group"};
+    for (int i = 0; !is_vertex && !is_list && i < 4; ++i)
+        if (qni_take_word(text, owners[i]))
+            return QNI_PLY_OWNER;
     return QNI_PLY_OTHER;
 }
 
@@ -96,7 +100,8 @@ static qn_status read_property(const qni_content *content, qni_text *text, qni_p
         return fail_line(content, text, error, "a property needs a type such as float or uchar");
     qni_skip_blanks(text);
     property->role = role_of(text, element->is_vertex, is_list);
-    if (!element->is_vertex && !element->is_face)
+    bool second_owner = property->role == QNI_PLY_OWNER && element->has_role[QNI_PLY_OWNER];
+    if ((!element->is_vertex && !element->is_face) || second_owner)
         property->role = QNI_PLY_OTHER;
     if (element->has_role[property->role] && property->role != QNI_PLY_OTHER)
         return fail_line(content, text, error, "the same property a second time");

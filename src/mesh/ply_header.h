@@ -32,7 +32,9 @@ typedef enum qni_ply_role {
     QNI_PLY_NX,
     QNI_PLY_NY,
     QNI_PLY_NZ,
-    QNI_PLY_CORNERS
+    QNI_PLY_CORNERS,
+    QNI_PLY_OWNER,
+    QNI_PLY_ROLES
 } qni_ply_role;
 
 typedef struct qni_ply_property {
@@ -48,7 +50,7 @@ typedef struct qni_ply_element {
     int64_t count;
     int first, last;     /* its properties, the last one excluded */
     int64_t least_bytes; /* that one item takes */
-    bool has_role[QNI_PLY_CORNERS + 1];
+    bool has_role[QNI_PLY_ROLES];
 } qni_ply_element;
 
 typedef struct qni_ply_header {

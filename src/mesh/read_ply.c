@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* PLY: text or binary of either byte order, properties of any order and type, other elements passed
- * over. */
+/* PLY: text or binary of either byte order, properties of any order and type; faces may have an
+ * owner, material_index, material or group. Other elements are passed over. */
 #include "core/context.h"
 #include "core/status.h"
 #include "mesh/format.h"
@@ -122,7 +122,7 @@ static qn_status take_list(reader *r, const qni_ply_property *property, qn_error
     return QN_OK;
 }
 
-/* The vectors of a vertex, by role. */
+/* The vectors of a vertex, by role; of a face the corners and the owner. */
 static qn_status take_item(reader *r, const qni_ply_element *element, float vectors[6],
                            qn_error *error) {
     for (int p = element->first; p < element->last; ++p) {
@@ -135,6 +135,8 @@ static qn_status take_item(reader *r, const qni_ply_element *element, float vect
         QN_TRY(take_value(r, property->type, &value, error));
         if (property->role >= QNI_PLY_X && property->role <= QNI_PLY_NZ)
             vectors[property->role - QNI_PLY_X] = (float)value;
+        else if (property->role == QNI_PLY_OWNER)
+            r->builder->owner = value >= INT32_MIN && value <= INT32_MAX ? (int32_t)value : 0;
     }
     return QN_OK;
 }
