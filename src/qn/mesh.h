@@ -262,10 +262,11 @@ QN_API qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const c
  * split into triangles, which come after the file's own; faces of fewer than three corners are left
  * out with a warning. The vertices of an STL file are joined where their coordinates are equal,
  * numbered as they first appear; so are those of a GLB file, after its nodes have moved them.
- * Owners: materials of OBJ and GLB files from 1, in OBJ files without any their groups. Normals are
- * read from PLY and OFF. Coordinates that are not finite are kept: qn_mesh_check() counts them.
- * format: NULL or "" by the file's name and first bytes. QN_ERROR_INPUT             no such file,
- * cut short, damaged; the message names the file and the line or byte QN_ERROR_INVALID_ARGUMENT  no
+ * Owners: materials of OBJ and GLB files from 1, in OBJ files without any their groups; the first
+ * of owner, material_index, material and group that the faces of a PLY file have. Normals are read
+ * from PLY and OFF. Coordinates that are not finite are kept: qn_mesh_check() counts them. format:
+ * NULL or "" by the file's name and first bytes. QN_ERROR_INPUT             no such file, cut
+ * short, damaged; the message names the file and the line or byte QN_ERROR_INVALID_ARGUMENT  no
  * such format */
 QN_API qn_status qn_mesh_read(qn_context *context, const char *path, const char *format,
                               qn_mesh **mesh_out, qn_error *error);

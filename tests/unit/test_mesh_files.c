@@ -229,26 +229,6 @@ static void others_text_is_read(void **state) {
                       4, 0, 2);
 }
 
-/* The first of the names counts; a number that no owner can have is 0. */
-static void ply_owners_are_read(void **state) {
-    (void)state;
-    qn_context *context = test_context(1);
-    const char *text =
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
-        "property float z\nelement face 3\nproperty int material_index\n"
-        "property list uchar int vertex_indices\nproperty int group\nend_header\n"
-        "0 0 0\n1 0 0\n1 1 0\n0 1 0\n7 3 0 1 2 9\n-2 4 0 1 2 3 9\n1e300 3 0 2 3 9\n";
-    qn_mesh *mesh = read_bytes(context, "a.ply", (const unsigned char *)text, strlen(text));
-    const qn_mesh_view view = qn_mesh_get_view(mesh);
-    assert_int_equal(view.triangle_count, 2);
-    assert_int_equal(view.quad_count, 1);
-    assert_int_equal(view.triangle_owners[0], 7);
-    assert_int_equal(view.triangle_owners[1], 0);
-    assert_int_equal(view.quad_owners[0], -2);
-    qn_mesh_destroy(mesh);
-    test_context_end(context);
-}
-
 static size_t put_big(unsigned char *to, uint64_t value, size_t size) {
     for (size_t b = 0; b < size; ++b)
         to[b] = (unsigned char)(value >> (8 * (size - 1 - b)));
@@ -333,7 +313,6 @@ int main(void) {
         FILE_TEST(unknown_formats_are_named),
         FILE_TEST(others_text_is_read),
         FILE_TEST(big_endian_ply_is_read),
-        FILE_TEST(ply_owners_are_read),
         FILE_TEST(binary_stl_that_begins_with_solid_is_read),
         FILE_TEST(packed_files_are_read),
     };

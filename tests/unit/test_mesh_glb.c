@@ -229,6 +229,29 @@ static void materials_and_groups_of_obj_files_are_owners(void **state) {
     test_context_end(context);
 }
 
+/* The first of the names counts; a number that no owner can have is 0. */
+static void owners_of_ply_files_are_read(void **state) {
+    (void)state;
+    static const char text[] =
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 3\nproperty int material_index\n"
+        "property list uchar int vertex_indices\nproperty int group\nend_header\n"
+        "0 0 0\n1 0 0\n1 1 0\n0 1 0\n7 3 0 1 2 9\n-2 4 0 1 2 3 9\n1e300 3 0 2 3 9\n";
+    qn_context *context = test_context(1);
+    const char *path = test_scratch_path(&scratch, "a.ply");
+    test_put_file(path, text, strlen(text));
+    qn_mesh *mesh;
+    assert_int_equal(qn_mesh_read(context, path, NULL, &mesh, NULL), QN_OK);
+    const qn_mesh_view view = qn_mesh_get_view(mesh);
+    assert_int_equal(view.triangle_count, 2);
+    assert_int_equal(view.quad_count, 1);
+    assert_int_equal(view.triangle_owners[0], 7);
+    assert_int_equal(view.triangle_owners[1], 0);
+    assert_int_equal(view.quad_owners[0], -2);
+    qn_mesh_destroy(mesh);
+    test_context_end(context);
+}
+
 int main(void) {
 #define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, make_scratch, remove_scratch)
     const struct CMUnitTest tests[] = {
@@ -237,6 +260,7 @@ int main(void) {
         FILE_TEST(strips_and_plain_corners_are_read),
         FILE_TEST(damaged_files_are_refused),
         FILE_TEST(materials_and_groups_of_obj_files_are_owners),
+        FILE_TEST(owners_of_ply_files_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
