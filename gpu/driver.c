@@ -254,6 +254,7 @@ static void set_ranges(qni_gpu_job *job) {
 }
 
 qn_status qni_gpu_emit_surface(qni_gpu_job *job, qn_error *error) {
+    qni_device *device = job->pool->device;
     const qni_gpu_args *a = &job->args;
     const int64_t active = (int64_t)job->totals.active;
     if (active == 0)
@@ -261,6 +262,9 @@ qn_status qni_gpu_emit_surface(qni_gpu_job *job, qn_error *error) {
     set_ranges(job);
     QN_TRY(qni_gpu_reserve_records(job, error));
     QN_TRY(qni_gpu_reserve_mesh(job, error));
+    if (job->with_valences) /* whole words are added to: none shall be unknown */
+        QN_TRY(
+            device->fill(device, a->valences, 0, job->pool->used[QNI_GPU_BUFFER_VALENCES], error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_record, active, error));
     QN_TRY(launch(job, QNI_GPU_KERNEL_emit, a->end_slot - a->first_slot, error));
     if (job->with_halfedges)
@@ -330,9 +334,13 @@ qn_status qni_gpu_renumber_slab(qni_gpu_job *job, const qni_gpu_shifts *shifts,
 /* ---- what it came to ------------------------------------------------------------------------- */
 
 int64_t qni_gpu_scratch_bytes(const qni_gpu_job *job) {
-    int64_t bytes = 0;
+    const int64_t *used = job->pool->used;
+    int64_t bytes = used[QNI_GPU_BUFFER_VALENCES] + used[QNI_GPU_BUFFER_COLOURS];
     for (int n = QNI_GPU_BUFFER_TOTALS; n <= QNI_GPU_BUFFER_SIMPLIFY; ++n)
-        bytes += job->pool->used[n];
+        bytes += used[n];
+    const bool packed = used[QNI_GPU_BUFFER_PACKED] > 0; /* then the mesh before it is no output */
+    for (int n = QNI_GPU_BUFFER_POSITIONS; packed && n <= QNI_GPU_BUFFER_VERTEX_HALFEDGES; ++n)
+        bytes += used[n];
     return bytes;
 }
 

@@ -21,6 +21,11 @@ int mesh_cms_check_options(const cli_options *options) {
         if (rows[n].given)
             return cli_usage("%s belongs to --mode dmc; leave it out, or take that mode",
                              rows[n].name);
+    if (options->device == QN_DEVICE_CUDA) {
+        cli_say("not built in for CUDA: --mode cms is the processor's; take --device cpu, or leave "
+                "it out");
+        return qn_status_exit_code(QN_ERROR_UNSUPPORTED);
+    }
     return 0;
 }
 

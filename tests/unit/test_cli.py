@@ -419,6 +419,11 @@ class ExitCodes(Case):
         self.assertRegex(done.stderr, "CUDA is not built in: .*nvcc|no CUDA device: ")
         self.assertIn("--device cpu", done.stderr)
         self.assertEqual(self.left(), ["sphere.npy"])
+        done = subprocess.run([QUOIN, "mesh", "sphere.npy", "--iso", "6", "-o", "gpu.ply", "--mode", "cms",
+                               "--device", "cuda"], cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 7, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertIn("--mode cms is the processor's", done.stderr)
 
     def write_ball(self):
         with open(self.path("ball.csg"), "w", encoding="utf-8") as file:
