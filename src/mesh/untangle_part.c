@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
-/* Where crossings are looked for (untangle.h), and the quads near a set of vertices. Lattice faces
- * and blocks of cells are bits of hashed tables: what falls together makes the search wider, never
- * narrower. */
-#include "core/context.h"
+/* Sets of vertices, and the quads near them as a small mesh (untangle.h). */
 #include "core/status.h"
 #include "mesh/untangle.h"
+#include "mesh/untangle_table.h"
 
-#include <math.h>
 #include <string.h>
 
-enum { BITS_A_VERTEX = 16, BITS_A_NEAR = 256, FACE_BLOCK = 16384 };
+enum { BITS_A_NEAR = 256, FACE_BLOCK = 16384 };
 
 qn_status qni_vertex_set_alloc(qn_context *context, int64_t count, qni_vertex_set *set,
                                qn_error *error) {
@@ -30,185 +27,20 @@ int64_t qni_vertex_set_count(const qni_vertex_set *set) {
     return count;
 }
 
-/* ---- places ---------------------------------------------------------------------------------- */
-
-/* A vertex in lattice coordinates; all that is not a place on any lattice is put at 0. */
-static void local_place(const double to_lattice[3][4], const float *position, double local[3]) {
-    const double far = 0x1p40;
-    for (int a = 0; a < 3; ++a) {
-        const double *row = to_lattice[a];
-        local[a] = row[0] * (double)position[0] + row[1] * (double)position[1] +
-                   row[2] * (double)position[2] + row[3];
-        if (!(fabs(local[a]) < far))
-            local[a] = 0;
-    }
-}
-
-static uint64_t mix(const int64_t at[3]) {
-    uint64_t h = (uint64_t)at[0] * UINT64_C(0x9e3779b97f4a7c15) ^
-                 (uint64_t)at[1] * UINT64_C(0xc2b2ae3d27d4eb4f) ^
-                 (uint64_t)at[2] * UINT64_C(0x165667b19e3779f9);
-    h = (h ^ h >> 32) * UINT64_C(0xd6e8feb86659fd93);
-    return h ^ h >> 32;
-}
-
-/* A power of two of bits, with one bit for each key at random or by place. */
-typedef struct bit_table {
-    uint64_t mask; /* of bit numbers */
-    uint64_t *words;
-} bit_table;
-
-static bool alloc_table(qn_context *context, int64_t wanted, bit_table *table) {
-    int64_t bits = 1 << 16;
-    while (bits < wanted && bits < INT64_C(1) << 40)
-        bits *= 2;
-    table->mask = (uint64_t)bits - 1;
-    table->words = qni_alloc_zero(context, bits / 64, sizeof *table->words);
-    return table->words != NULL;
-}
-
-static void free_table(qn_context *context, bit_table *table) {
-    if (table->words)
-        qni_free(context, table->words, (int64_t)(table->mask + 1) / 64, sizeof *table->words);
-}
-
-static bool has(const bit_table *table, uint64_t key) {
-    key &= table->mask;
-    return table->words[key / 64] >> (key % 64) & 1;
-}
-
-/* Whether it was there before. */
-static bool put(bit_table *table, uint64_t key) {
-    key &= table->mask;
-    const uint64_t bit = UINT64_C(1) << (key % 64);
-    return __atomic_fetch_or(&table->words[key / 64], bit, __ATOMIC_RELAXED) & bit;
-}
-
-/* ---- bent quads --------------------------------------------------------------------------------
- */
-
-/* Twice the area of a quad's corner, as a vector. */
-static void corner_area(const float *o, const float *a, const float *b, double area[3]) {
-    double u[3], v[3];
-    for (int n = 0; n < 3; ++n) {
-        u[n] = (double)a[n] - (double)o[n];
-        v[n] = (double)b[n] - (double)o[n];
-    }
-    for (int n = 0; n < 3; ++n)
-        area[n] = u[(n + 1) % 3] * v[(n + 2) % 3] - u[(n + 2) % 3] * v[(n + 1) % 3];
-}
-
-static bool is_bent(const float *positions, const uint32_t quad[4]) {
-    double areas[4][3], sum[3] = {0, 0, 0};
-    bool bent = false;
-    for (int k = 0; k < 4; ++k) {
-        corner_area(positions + 3 * (size_t)quad[k], positions + 3 * (size_t)quad[(k + 1) & 3],
-                    positions + 3 * (size_t)quad[(k + 3) & 3], areas[k]);
-        for (int a = 0; a < 3; ++a)
-            sum[a] += areas[k][a];
-    }
-    for (int k = 0; k < 4; ++k) {
-        const double rise = areas[k][0] * sum[0] + areas[k][1] * sum[1] + areas[k][2] * sum[2];
-        bent = bent || !(rise > 0);
-    }
-    return bent;
-}
-
-static void take_bent(qn_context *context, const qn_mesh_view *mesh, qni_vertex_set *suspects) {
-    (void)context;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
-    for (int64_t q = 0; q < mesh->quad_count; ++q) {
-        const uint32_t *quad = mesh->quads + 4 * q;
-        if (is_bent(mesh->positions, quad))
-            for (int k = 0; k < 4; ++k)
-                __atomic_fetch_or(&suspects->bits[quad[k] / 64], UINT64_C(1) << (quad[k] % 64),
-                                  __ATOMIC_RELAXED);
-    }
-}
-
-/* ---- vertices on lattice faces ----------------------------------------------------------------
- */
-
-/* How many lattice planes a vertex lies on; of one, `face` becomes the face's name. */
-static int planes_of(const double to_lattice[3][4], const float *position, int64_t face[3]) {
-    const double near = 1e-5;
-    double local[3];
-    int planes = 0;
-    local_place(to_lattice, position, local);
-    for (int a = 0; a < 3; ++a) {
-        const double nearest = nearbyint(local[a]);
-        const bool on_plane = fabs(local[a] - nearest) < near;
-        planes += on_plane;
-        face[a] = on_plane ? 2 * (int64_t)nearest : 2 * (int64_t)floor(local[a]) + 1;
-    }
-    return planes;
-}
-
-/* Enter the faces of vertices that lie on one; their number. */
-static int64_t enter_faces(qn_context *context, const qn_mesh_view *mesh,
-                           const double to_lattice[3][4], bit_table *once, bit_table *twice) {
-    int64_t count = 0;
-    (void)context;
-#pragma omp parallel for schedule(static) reduction(+ : count)                                     \
-    num_threads(qn_context_threads(context))
-    for (int64_t v = 0; v < mesh->vertex_count; ++v) {
-        int64_t face[3];
-        const int planes = planes_of(to_lattice, mesh->positions + 3 * v, face);
-        if (planes == 0)
-            continue;
-        ++count;
-        if (planes == 1 && put(once, mix(face)))
-            put(twice, mix(face));
-    }
-    return count;
-}
-
-static void take_faces(qn_context *context, const qn_mesh_view *mesh, const double to_lattice[3][4],
-                       const bit_table *twice, qni_vertex_set *suspects) {
-    (void)context;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
-    for (int64_t word = 0; word <= mesh->vertex_count / 64; ++word)
-        for (int64_t v = 64 * word; v < 64 * word + 64 && v < mesh->vertex_count; ++v) {
-            int64_t face[3];
-            const int planes = planes_of(to_lattice, mesh->positions + 3 * v, face);
-            if (planes > 1 || (planes == 1 && has(twice, mix(face))))
-                suspects->bits[word] |= UINT64_C(1) << (v % 64);
-        }
-}
-
-qn_status qni_untangle_suspects(qn_context *context, const qn_mesh_view *mesh,
-                                const double to_lattice[3][4], qni_vertex_set *suspects,
-                                qn_error *error) {
-    bit_table once = {0, NULL}, twice = {0, NULL};
-    const int64_t bits = BITS_A_VERTEX * mesh->vertex_count;
-    QN_TRY(qni_vertex_set_alloc(context, mesh->vertex_count, suspects, error));
-    const bool good = alloc_table(context, bits, &once) && alloc_table(context, bits, &twice);
-    if (good) {
-        take_bent(context, mesh, suspects);
-        if (enter_faces(context, mesh, to_lattice, &once, &twice) > 0)
-            take_faces(context, mesh, to_lattice, &twice, suspects);
-    } else {
-        qni_vertex_set_free(context, suspects);
-    }
-    free_table(context, &twice);
-    free_table(context, &once);
-    return good ? QN_OK : qni_fail_memory(error, "the search for crossings");
-}
-
 /* ---- quads near a set of vertices -------------------------------------------------------------
  */
 
 static void block_of(const double to_lattice[3][4], const float *position, int side,
                      int64_t block[3]) {
     double local[3];
-    local_place(to_lattice, position, local);
+    qni_local_place(to_lattice, position, local);
     for (int a = 0; a < 3; ++a)
         block[a] = (int64_t)floor(local[a] / side);
 }
 
 /* The blocks round every vertex of the set. */
 static void enter_blocks(const qn_mesh_view *mesh, const double to_lattice[3][4],
-                         const qni_vertex_set *near, int side, bit_table *table) {
+                         const qni_vertex_set *near, int side, qni_bit_table *table) {
     for (int64_t v = 0; v < mesh->vertex_count; ++v) {
         if (!qni_in_set(near, v))
             continue;
@@ -217,13 +49,13 @@ static void enter_blocks(const qn_mesh_view *mesh, const double to_lattice[3][4]
         for (int n = 0; n < 27; ++n) {
             const int64_t at[3] = {middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1,
                                    middle[2] + n / 9 - 1};
-            put(table, mix(at));
+            qni_table_put(table, qni_mix_place(at));
         }
     }
 }
 
 static void take_near(qn_context *context, const qn_mesh_view *mesh, const double to_lattice[3][4],
-                      int side, const bit_table *table, qni_vertex_set *set) {
+                      int side, const qni_bit_table *table, qni_vertex_set *set) {
     (void)context;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
     for (int64_t word = 0; word <= mesh->vertex_count / 64; ++word) {
@@ -231,7 +63,7 @@ static void take_near(qn_context *context, const qn_mesh_view *mesh, const doubl
         for (int64_t v = 64 * word; v < 64 * word + 64 && v < mesh->vertex_count; ++v) {
             int64_t block[3];
             block_of(to_lattice, mesh->positions + 3 * v, side, block);
-            if (has(table, mix(block)))
+            if (qni_table_has(table, qni_mix_place(block)))
                 bits |= UINT64_C(1) << (v % 64);
         }
         set->bits[word] = bits;
@@ -363,10 +195,10 @@ qn_status qni_mesh_part_near(qn_context *context, const qn_mesh_view *mesh,
                              const double to_lattice[3][4], const qni_vertex_set *near, int reach,
                              qni_mesh_part *part, qn_error *error) {
     const int64_t most = INT64_C(1) << 27, wanted = qni_vertex_set_count(near) * BITS_A_NEAR;
-    bit_table table = {0, NULL};
+    qni_bit_table table = {0, NULL};
     qni_vertex_set close = {0, NULL};
     memset(part, 0, sizeof *part);
-    if (!alloc_table(context, wanted < most ? wanted : most, &table))
+    if (!qni_table_alloc(context, wanted < most ? wanted : most, &table))
         return qni_fail_memory(error, "the search for crossings");
     qn_status status = qni_vertex_set_alloc(context, mesh->vertex_count, &close, error);
     if (status == QN_OK) {
@@ -375,6 +207,6 @@ qn_status qni_mesh_part_near(qn_context *context, const qn_mesh_view *mesh,
         status = pick(context, mesh, &close, part, error);
         qni_vertex_set_free(context, &close);
     }
-    free_table(context, &table);
+    qni_table_free(context, &table);
     return status;
 }
