@@ -57,10 +57,10 @@ void qni_vertex_set_free(qn_context *context, qni_vertex_set *set);
 
 int64_t qni_vertex_set_count(const qni_vertex_set *set);
 
-/* Where crossings can be: the corners of bent quads, of which a corner looks away from the others;
- * vertices on lattice edges; and vertices that share a lattice face, where sheets can lie on each
- * other. Elsewhere a mesh of quads round lattice edges is like the faces of the lattice; where it
- * is folded enough for faces to cross, some quad among them is bent. (Found by looking, not proved:
+/* Where crossings can be: the corners of bent quads, of which a corner looks away from the others,
+ * and vertices that share a lattice face, where sheets can lie on each other. Elsewhere a mesh of
+ * quads round lattice edges is like the faces of the lattice; where it is folded enough for faces
+ * to cross, some quad among them is bent. (Found by looking, not proved:
  * tests/property/test_untangle.c says how few pairs it misses.) */
 qn_status qni_untangle_suspects(qn_context *context, const qn_mesh_view *mesh,
                                 const double to_lattice[3][4], qni_vertex_set *suspects,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* Where crossings are looked for (untangle.h): at bent quads, on lattice edges, and where several
- * vertices lie on one lattice face. */
+/* Where crossings are looked for (untangle.h): at bent quads, and where several vertices lie on one
+ * face, edge or point of the lattice. */
 #include "core/sort.h"
 #include "core/status.h"
 #include "mesh/untangle.h"
@@ -53,19 +53,20 @@ static void take_bent(qn_context *context, const qn_mesh_view *mesh, qni_vertex_
 /* ---- vertices on lattice faces ----------------------------------------------------------------
  */
 
-/* How many lattice planes a vertex lies on; of one, `face` becomes the face's name. */
-static int planes_of(const double to_lattice[3][4], const float *position, int64_t face[3]) {
-    const double near = 1e-5;
+/* Whether a vertex lies on lattice planes; `face` becomes the name of the lattice face, edge or
+ * point it lies on. */
+static bool lies_on_plane(const double to_lattice[3][4], const float *position, int64_t face[3]) {
+    const double near = 1e-5, whole = 0x1.8p52; /* added and taken off: rounds to a whole number */
     double local[3];
-    int planes = 0;
+    bool on_any = false;
     qni_local_place(to_lattice, position, local);
     for (int a = 0; a < 3; ++a) {
-        const double nearest = nearbyint(local[a]);
+        const double nearest = (local[a] + whole) - whole;
         const bool on_plane = fabs(local[a] - nearest) < near;
-        planes += on_plane;
-        face[a] = on_plane ? 2 * (int64_t)nearest : 2 * (int64_t)floor(local[a]) + 1;
+        on_any = on_any || on_plane;
+        face[a] = 2 * (int64_t)nearest + (on_plane ? 0 : local[a] > nearest ? 1 : -1);
     }
-    return planes;
+    return on_any;
 }
 
 static int64_t count_on_planes(qn_context *context, const qn_mesh_view *mesh,
@@ -76,7 +77,7 @@ static int64_t count_on_planes(qn_context *context, const qn_mesh_view *mesh,
     num_threads(qn_context_threads(context))
     for (int64_t v = 0; v < mesh->vertex_count; ++v) {
         int64_t face[3];
-        count += planes_of(to_lattice, mesh->positions + 3 * v, face) > 0;
+        count += lies_on_plane(to_lattice, mesh->positions + 3 * v, face);
     }
     return count;
 }
@@ -88,26 +89,23 @@ static void enter_faces(qn_context *context, const qn_mesh_view *mesh,
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
     for (int64_t v = 0; v < mesh->vertex_count; ++v) {
         int64_t face[3];
-        if (planes_of(to_lattice, mesh->positions + 3 * v, face) == 1 &&
+        if (lies_on_plane(to_lattice, mesh->positions + 3 * v, face) &&
             qni_table_put(once, qni_mix_place(face)))
             qni_table_put(twice, qni_mix_place(face));
     }
 }
 
-/* Vertices on lattice edges are suspects; those whose face may hold another vertex are doubtful, as
- * the table can mistake a face for another. */
-static void take_on_planes(qn_context *context, const qn_mesh_view *mesh,
-                           const double to_lattice[3][4], const qni_bit_table *twice,
-                           qni_vertex_set *suspects, qni_vertex_set *doubtful) {
+/* Vertices whose face may hold another one: the table can mistake a face for another. */
+static void take_doubtful(qn_context *context, const qn_mesh_view *mesh,
+                          const double to_lattice[3][4], const qni_bit_table *twice,
+                          qni_vertex_set *doubtful) {
     (void)context;
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
     for (int64_t word = 0; word <= mesh->vertex_count / 64; ++word)
         for (int64_t v = 64 * word; v < 64 * word + 64 && v < mesh->vertex_count; ++v) {
             int64_t face[3];
-            const int planes = planes_of(to_lattice, mesh->positions + 3 * v, face);
-            if (planes > 1)
-                suspects->bits[word] |= UINT64_C(1) << (v % 64);
-            else if (planes == 1 && qni_table_has(twice, qni_mix_place(face)))
+            if (lies_on_plane(to_lattice, mesh->positions + 3 * v, face) &&
+                qni_table_has(twice, qni_mix_place(face)))
                 doubtful->bits[word] |= UINT64_C(1) << (v % 64);
         }
 }
@@ -135,7 +133,7 @@ static bool add_shared(qn_context *context, const qn_mesh_view *mesh, const doub
     for (int64_t word = 0; word <= doubtful->count / 64; ++word)
         for (uint64_t left = doubtful->bits[word]; left; left &= left - 1, ++n) {
             list[n].vertex = 64 * word + __builtin_ctzll(left);
-            planes_of(to_lattice, mesh->positions + 3 * list[n].vertex, list[n].face);
+            lies_on_plane(to_lattice, mesh->positions + 3 * list[n].vertex, list[n].face);
         }
     const bool good = qni_sort(context, list, count, sizeof *list, compare_faces);
     for (int64_t i = 0; good && i < count; ++i)
@@ -159,7 +157,7 @@ static bool take_planes(qn_context *context, const qn_mesh_view *mesh,
                 qni_vertex_set_alloc(context, mesh->vertex_count, &doubtful, NULL) == QN_OK;
     if (good) {
         enter_faces(context, mesh, to_lattice, &once, &twice);
-        take_on_planes(context, mesh, to_lattice, &twice, suspects, &doubtful);
+        take_doubtful(context, mesh, to_lattice, &twice, &doubtful);
         good = add_shared(context, mesh, to_lattice, &doubtful, suspects);
     }
     if (doubtful.bits)
