@@ -23,9 +23,9 @@ typedef enum qn_topology {
  * sheets in a cell, samples at the iso-value, edges taken apart. */
 typedef enum qn_untangle {
     QN_UNTANGLE_OFF,  /* every vertex stays where it was put, on the interpolant */
-    QN_UNTANGLE_NEAR, /* looks where faces are bent over or vertices lie on lattice faces, where
-                         nearly all crossings are; a tenth of the time of the surface where there
-                         are none */
+    QN_UNTANGLE_NEAR, /* looks where faces are bent over or vertices share a lattice face, where
+                         nearly all crossings are; takes a fifth to a half of the surface's time on
+                         smooth data, several times it on noise */
     QN_UNTANGLE_ALL   /* looks everywhere; takes ten times as long as the surface itself */
 } qn_untangle;
 
