@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What each stage costs beside the extraction: user time of runs taken in turns, the least of each,
- * so that a busy machine spoils no ratio. stages [part of a volume's name] [runs] [threads] */
+ * so that a busy machine spoils no ratio. stages [part of a volume's name] [runs] [threads] [last
+ * stage, 1 repair to 5 relaxation, which takes most of the time] */
 #include "bench/bench.h"
 #include "bench/stage_costs.h"
 #include "lib/support.h"
@@ -8,20 +9,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void print_row(const bench_volume *volume, const stage_costs *c) {
+static void print_row(const bench_volume *volume, int last, const stage_costs *c) {
     const double plain = c->seconds[STAGE_PLAIN];
     const double vertices = (double)c->report[STAGE_PLAIN].vertices;
     printf("| %s | %lld | %.1f ns |", volume->name, (long long)c->report[STAGE_REPAIRED].vertices,
            1e9 * plain / vertices);
     for (int stage = STAGE_REPAIRED; stage < STAGES; ++stage)
-        printf(" %+.1f %% |", 100 * stage_costs_added(c, stage) / plain);
-    for (int stage = STAGE_PLAIN; stage < STAGES; ++stage)
+        if (stage <= last)
+            printf(" %+.1f %% |", 100 * stage_costs_added(c, stage) / plain);
+        else
+            printf(" - |");
+    for (int stage = STAGE_PLAIN; stage <= last; ++stage)
         printf("%s%.1f", stage == STAGE_PLAIN ? " " : ", ", stage_costs_bytes(c, stage));
     printf(" |\n");
     fflush(stdout);
 }
 
-static bool measure(qn_context *context, const bench_volume *bench, int runs, stage_costs *c) {
+static bool measure(qn_context *context, const bench_volume *bench, int runs, int last,
+                    stage_costs *c) {
     qn_grid grid;
     qn_volume *volume = NULL;
     memset(&grid, 0, sizeof grid);
@@ -31,13 +36,14 @@ static bool measure(qn_context *context, const bench_volume *bench, int runs, st
     memcpy(grid.size, bench->size, sizeof grid.size);
     if (qn_volume_create(context, &grid, NULL, NULL, &volume, NULL) != QN_OK)
         return false;
-    const bool good = stage_costs_measure(context, volume, bench->iso, false, runs, STAGES - 1, c);
+    const bool good = stage_costs_measure(context, volume, bench->iso, false, runs, last, c);
     qn_volume_destroy(volume);
     return good;
 }
 
 int main(int argc, char **argv) {
     const int runs = argc > 2 ? atoi(argv[2]) : 5;
+    const int last = argc > 4 && atoi(argv[4]) < STAGES ? atoi(argv[4]) : STAGES - 1;
     qn_context *context = test_context(argc > 3 ? atoi(argv[3]) : 1);
     printf(
         "| volume | vertices | extraction with normals, a vertex | repair | halfedges | "
@@ -50,8 +56,8 @@ int main(int argc, char **argv) {
         if ((argc > 1 && !strstr(bench_volume_name(n), argv[1])) || !bench_volume_make(n, &volume))
             continue;
         memset(&costs, 0, sizeof costs);
-        if (measure(context, &volume, runs, &costs))
-            print_row(&volume, &costs);
+        if (measure(context, &volume, runs, last, &costs))
+            print_row(&volume, last, &costs);
         bench_volume_free(&volume);
     }
     qn_context_destroy(context);
