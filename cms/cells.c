@@ -189,6 +189,7 @@ static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         const qni_loop *loop = &patch->loops[n];
         trouble.bad += loop->escaped;
+        trouble.several = trouble.several || (loop->escaped && loop->sharp_count > 3);
         trouble.reaches = trouble.reaches || loop->beyond;
         if (loop->beyond || (loop->knows_corner && !trouble.knows_corner)) {
             memcpy(trouble.corner, loop->beyond ? loop->apex : loop->corner, sizeof trouble.corner);

@@ -155,6 +155,7 @@ void qni_nearby_end(qni_nearby *nearby);
 /* A box of finest cells that are made as one. */
 typedef struct qni_cell_box {
     int32_t low[3], size[3];
+    bool split; /* its loop may be cut in parts */
 } qni_cell_box;
 
 typedef struct qni_union_member {
@@ -183,7 +184,7 @@ typedef struct qni_patch {
     const qni_octree *octree; /* NULL while there is none yet */
     const qni_unions *unions; /* NULL: none */
     qni_cell cell;            /* the lowest one of a union */
-    bool united;
+    bool united, may_split;
     bool split; /* the first loop is cut in parts: all others */
     int64_t traced_loops;
     int32_t cuts;    /* tried so far */

@@ -66,6 +66,7 @@ void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
     start_box(patch, cell, size);
     qni_nearby_set_cell(&patch->nearby, cell);
     patch->united = false;
+    patch->may_split = cell->level == 0;
 }
 
 void qni_patch_set_union(qni_patch *patch, const qni_cell_box *box) {
@@ -74,6 +75,7 @@ void qni_patch_set_union(qni_patch *patch, const qni_cell_box *box) {
     start_box(patch, &lowest, box->size);
     qni_nearby_set_cell(&patch->nearby, &about);
     patch->united = true;
+    patch->may_split = box->split;
 }
 
 bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out, uint32_t base) {

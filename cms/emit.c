@@ -3,6 +3,7 @@
 #include "cms/stages.h"
 #include "core/context.h"
 
+#include <math.h>
 #include <string.h>
 
 bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_t wanted,
@@ -28,15 +29,39 @@ static uint32_t ref_of(const qni_patch *patch, int32_t vertex, const uint32_t *a
     return patch->vertices[vertex].ref;
 }
 
+/* How far a triangle is from the tangent plane of a vertex. */
+static double height_over(const qni_patch *patch, const int32_t triangle[4],
+                          const qni_loop_vertex *plane) {
+    double most = 0;
+    for (int n = 0; n < 3; ++n) {
+        const float *place = qni_patch_place(patch, triangle[n]);
+        double height = 0;
+        for (int k = 0; k < 3; ++k)
+            height += plane->normal[k] * ((double)place[k] - plane->at[k]);
+        most = fmax(most, fabs(height));
+    }
+    return most;
+}
+
 /* The owner of the loop's piece between two vertices: that of the crossing at its end, features lie
- * between. */
+ * between. Between two features no crossing speaks for the sheet: the nearest plane does. */
 static int32_t owner_of(const qni_patch *patch, const int32_t triangle[4]) {
     if (triangle[3] >= 0)
         return patch->vertices[triangle[3]].owner;
     for (int k = 0; k < 3; ++k)
         if (triangle[k] >= 0 && triangle[k] < QNI_INNER && patch->vertices[triangle[k]].crossing)
             return patch->vertices[triangle[k]].crossing->owner;
-    return -1;
+    int32_t owner = -1;
+    double least = HUGE_VAL;
+    for (int64_t n = 0; n < patch->vertex_count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[n];
+        const double height = vertex->has_plane ? height_over(patch, triangle, vertex) : HUGE_VAL;
+        if (height < least) {
+            least = height;
+            owner = vertex->owner;
+        }
+    }
+    return owner;
 }
 
 static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32_t b) {

@@ -19,6 +19,7 @@ typedef struct qni_trouble {
     int32_t cell[3];
     int32_t bad; /* loops and segments */
     bool reaches, knows_corner, tube;
+    bool several; /* creases that do not meet in one corner */
     float corner[3];
 } qni_trouble;
 

@@ -371,7 +371,7 @@ static bool is_odd(const qni_patch *patch, const qni_loop *loop) {
 
 /* Can it be a loop of several corners or creases? */
 static bool is_many(const qni_patch *patch, const qni_loop *loop) {
-    return patch->settings->features && patch->cell.level == 0 && patch->octree && !patch->united &&
+    return patch->settings->features && patch->may_split && patch->octree &&
            patch->loop_count == 1 && loop->escaped && loop->sharp_count >= 4;
 }
 

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REACHED = -1, MOST_BOXES = 27 };
+enum { REACHED = -1, MOST_BOXES = 33, CELLS_AROUND = 27 };
 
 static int compare_places(const int32_t a[3], const int32_t b[3]) {
     for (int k = 2; k >= 0; --k)
@@ -109,8 +109,8 @@ typedef struct verdict {
 /* What the cells round one come to, each on its own: boxes that hold it share them. */
 typedef struct surroundings {
     int32_t low[3]; /* of the lowest one */
-    bool known[MOST_BOXES];
-    verdict verdicts[MOST_BOXES];
+    bool known[CELLS_AROUND];
+    verdict verdicts[CELLS_AROUND];
 } surroundings;
 
 static qn_status judge_cell(const unite_job *job, surroundings *around, const qni_cell *cell,
@@ -254,15 +254,16 @@ static bool box_to_corner(const qni_stages *stages, const qni_trouble *trouble, 
 }
 
 /* All boxes of 2, 4 and 8 cells that hold a cell, the smaller ones first; that to the corner before
- * all others. */
+ * all others; and those of 2 whose loop may be cut, after them. */
 static int list_boxes(const qni_stages *stages, const qni_trouble *trouble, qni_cell_box *boxes) {
     int count = 0;
+    boxes[0].split = false;
     if (trouble->knows_corner && box_to_corner(stages, trouble, &boxes[0]))
         ++count;
     for (int cells = 2; cells <= 8; cells *= 2)
         for (int doubled = 1; doubled < 8; ++doubled)
             for (int below = 0; below < 8; ++below) {
-                qni_cell_box box;
+                qni_cell_box box = {.split = false};
                 int32_t volume = 1;
                 for (int k = 0; k < 3; ++k) {
                     box.size[k] = 1 + (doubled >> k & 1);
@@ -272,6 +273,13 @@ static int list_boxes(const qni_stages *stages, const qni_trouble *trouble, qni_
                 if (volume == cells && (below & ~doubled) == 0)
                     boxes[count++] = box;
             }
+    for (int wall = 0; wall < 6 && trouble->several; ++wall) {
+        qni_cell_box box = {
+            {trouble->cell[0], trouble->cell[1], trouble->cell[2]}, {1, 1, 1}, true};
+        box.low[wall >> 1] -= wall & 1;
+        box.size[wall >> 1] = 2;
+        boxes[count++] = box;
+    }
     return count;
 }
 
@@ -296,7 +304,7 @@ static qn_status unite(qni_stages *stages, const qni_cell_box *box) {
 static qn_status try_boxes(const unite_job *job, const qni_trouble *trouble,
                            qni_veto_list *vetoes) {
     qni_stages *stages = job->stages;
-    qni_cell_box boxes[MOST_BOXES], best = {{0, 0, 0}, {0, 0, 0}};
+    qni_cell_box boxes[MOST_BOXES], best = {{0, 0, 0}, {0, 0, 0}, false};
     const int count = list_boxes(stages, trouble, boxes);
     surroundings around = {.known = {false}};
     bool perfect = false;

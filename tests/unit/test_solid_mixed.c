@@ -113,14 +113,95 @@ static bool is_on_two(qn_solid *const parts[3], const float *position, double ne
     return count >= 2;
 }
 
+typedef struct side {
+    uint32_t low, high; /* the edge's ends */
+    uint32_t triangle;
+} side;
+
+static int compare_sides(const void *a, const void *b) {
+    const side *p = a, *q = b;
+    if (p->low != q->low)
+        return p->low < q->low ? -1 : 1;
+    return p->high < q->high ? -1 : p->high > q->high;
+}
+
+static void normal_of(const qn_mesh_view *view, uint32_t triangle, double normal[3]) {
+    const uint32_t *corner = view->triangles + 3 * (size_t)triangle;
+    double a[3], b[3], length = 0;
+    for (int k = 0; k < 3; ++k) {
+        a[k] = (double)view->positions[3 * (size_t)corner[1] + (size_t)k] -
+               (double)view->positions[3 * (size_t)corner[0] + (size_t)k];
+        b[k] = (double)view->positions[3 * (size_t)corner[2] + (size_t)k] -
+               (double)view->positions[3 * (size_t)corner[0] + (size_t)k];
+    }
+    for (int k = 0; k < 3; ++k) {
+        normal[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+        length += normal[k] * normal[k];
+    }
+    for (int k = 0; k < 3; ++k)
+        normal[k] /= sqrt(length);
+}
+
+static bool is_tagged(const qn_mesh_view *view, const side *edge) {
+    for (int64_t n = 0; n < view->crease_edge_count; ++n) {
+        const uint32_t a = view->crease_edges[2 * n], b = view->crease_edges[2 * n + 1];
+        if ((a < b ? a : b) == edge->low && (a < b ? b : a) == edge->high)
+            return true;
+    }
+    return false;
+}
+
+static double length_of(const qn_mesh_view *view, const side *edge) {
+    double length = 0;
+    for (size_t k = 0; k < 3; ++k)
+        length += pow((double)view->positions[3 * (size_t)edge->low + k] -
+                          (double)view->positions[3 * (size_t)edge->high + k],
+                      2);
+    return sqrt(length);
+}
+
+/* Where owners meet at more than the crease angle and a little, the edge is tagged. Of edges
+ * shorter than a thousandth of a cell the normals mean nothing. */
+static void check_owners_meet_at_creases(const qn_mesh *mesh, double cell) {
+    const qn_mesh_view view = qn_mesh_get_view(mesh);
+    const size_t count = 3 * (size_t)view.triangle_count;
+    side *sides = test_alloc(count, sizeof *sides);
+    int64_t seams = 0, flat = 0, untagged = 0;
+    for (size_t n = 0; n < count; ++n) {
+        const uint32_t a = view.triangles[n], b = view.triangles[n % 3 == 2 ? n - 2 : n + 1];
+        const side one = {a < b ? a : b, a < b ? b : a, (uint32_t)(n / 3)};
+        sides[n] = one;
+    }
+    qsort(sides, count, sizeof *sides, compare_sides);
+    for (size_t n = 0; n + 1 < count; n += 2) {
+        double m[3], q[3];
+        if (view.triangle_owners[sides[n].triangle] ==
+                view.triangle_owners[sides[n + 1].triangle] ||
+            length_of(&view, &sides[n]) < 1e-3 * cell)
+            continue;
+        normal_of(&view, sides[n].triangle, m);
+        normal_of(&view, sides[n + 1].triangle, q);
+        const bool sharp = m[0] * q[0] + m[1] * q[1] + m[2] * q[2] < 0.82; /* 35 degrees */
+        ++seams;
+        flat += !sharp;
+        untagged += sharp && !is_tagged(&view, &sides[n]);
+    }
+    print_message("%lld edges between owners, %lld of them flat, %lld sharp and not tagged\n",
+                  (long long)seams, (long long)flat, (long long)untagged);
+    assert_true(seams > 100);
+    assert_int_equal(untagged, 0);
+    free(sides);
+}
+
 /* The seams: crease edges with both ends on the surfaces of two parts, to a hundredth of a cell. */
 static void check_seam(const qn_mesh *mesh, qn_solid *const parts[3], double cell) {
     const qn_mesh_view view = qn_mesh_get_view(mesh);
     int64_t seam = 0, owners[4] = {0};
     double length = 0;
-    for (int64_t n = 0; n < view.triangle_count; ++n)
-        if (view.triangle_owners[n] >= 1 && view.triangle_owners[n] <= 3)
-            ++owners[view.triangle_owners[n]];
+    for (int64_t n = 0; n < view.triangle_count; ++n) {
+        assert_in_range(view.triangle_owners[n], 1, 3);
+        ++owners[view.triangle_owners[n]];
+    }
     for (int64_t n = 0; n < view.crease_edge_count; ++n) {
         const float *a = view.positions + 3 * (size_t)view.crease_edges[2 * n],
                     *b = view.positions + 3 * (size_t)view.crease_edges[2 * n + 1];
@@ -171,6 +252,7 @@ static void three_kinds_in_one_tree_meet_sharply(void **state) {
     if (output)
         assert_int_equal(qn_mesh_write(context, mesh, output, NULL, NULL), QN_OK);
     check_seam(mesh, parts, surface.finest_cell);
+    check_owners_meet_at_creases(mesh, surface.finest_cell);
     qn_mesh_destroy(mesh);
     qn_solid_destroy(solid);
     qn_solid_destroy(both);
