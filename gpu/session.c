@@ -21,6 +21,8 @@ static const char *cannot(const qn_volume *volume, const qn_surface_options *opt
     const int64_t size = (int64_t)qn_scalar_size(grid->scalar);
     if (options->relax > 0)
         return "relaxation is the processor's";
+    if (options->untangle != QN_UNTANGLE_OFF)
+        return "untangling is the processor's";
     if (options->simplify && options->simplify_passes < 0)
         return "simplification in a single pass, as in the paper, is the processor's";
     if (options->triangles)

@@ -41,11 +41,10 @@ typedef struct qn_cuda_mesh {
  * report   may be NULL.
  *
  * QN_ERROR_INVALID_ARGUMENT  as qn_volume_create() and qn_surface()
- * QN_ERROR_UNSUPPORTED       exact topology, simplify_passes below 0, relaxation, triangles,
- *                            count_only; an
- *                            open surface without keep_doubled; samples in foreign byte order or
- *                            not contiguous along x
- * QN_ERROR_OUT_OF_MEMORY     the device's memory is full, or more than 2^32 - 1 vertices */
+ * QN_ERROR_UNSUPPORTED       exact topology, simplify_passes below 0, relaxation, untangling,
+ *                            triangles, count_only; an open surface without keep_doubled; samples
+ * in foreign byte order or not contiguous along x QN_ERROR_OUT_OF_MEMORY     the device's memory is
+ * full, or more than 2^32 - 1 vertices */
 QN_API qn_status qn_cuda_surface(qn_cuda *cuda, const qn_grid *grid, double isovalue,
                                  const qn_surface_options *options, qn_cuda_mesh *mesh_out,
                                  qn_surface_report *report, qn_error *error);
