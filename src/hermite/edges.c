@@ -110,12 +110,21 @@ static qn_status sample_signs(edge_job *job) {
     return QN_OK;
 }
 
-/* Do the bounds over 2^3 cells leave it open whether the surface is there? Asked once. */
+/* Is it open whether the surface is in a box, as far as the solid knows? */
+static qn_status may_hold_surface(const edge_job *job, const qni_box *box, bool *may) {
+    double range[2];
+    if (job->solid->ops->changes && job->solid->ops->changes(job->solid, box, may))
+        return QN_OK;
+    QN_TRY(job->solid->ops->bounds(job->solid, box, range));
+    *may = range[0] < 0 && range[1] >= 0; /* a value of 0 is outside */
+    return QN_OK;
+}
+
+/* The same for 2^3 cells, asked once. */
 static qn_status box_is_undecided(edge_job *job, int n, bool *undecided) {
     const uint64_t bit = UINT64_C(1) << n;
     const int at[3] = {2 * (n & 3), 2 * (n >> 2 & 3), 2 * (n >> 4)};
     qni_box box;
-    double range[2];
     *undecided = job->undecided & bit;
     if ((job->asked & bit) || job->lattice->samples) /* linear along edges: their ends say all */
         return QN_OK;
@@ -123,8 +132,7 @@ static qn_status box_is_undecided(edge_job *job, int n, bool *undecided) {
         box.low[k] = job->planes[k][at[k]];
         box.high[k] = job->planes[k][at[k] + 2];
     }
-    QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
-    *undecided = !(range[0] > 0) && !(range[1] < 0);
+    QN_TRY(may_hold_surface(job, &box, undecided));
     job->asked |= bit;
     job->undecided |= *undecided ? bit : 0;
     return QN_OK;
@@ -291,12 +299,9 @@ static qn_status edge_is_undecided(edge_job *job, const int at[3], const double 
     if (!*undecided)
         return QN_OK;
     qni_box box;
-    double range[2];
     memcpy(box.low, a, sizeof box.low);
     memcpy(box.high, b, sizeof box.high);
-    QN_TRY(job->solid->ops->bounds(job->solid, &box, range));
-    *undecided = range[0] < 0 && range[1] >= 0;
-    return QN_OK;
+    return may_hold_surface(job, &box, undecided);
 }
 
 /* All crossings of an edge; where f is known to rise or fall all the way, and its crossings are

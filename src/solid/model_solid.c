@@ -199,6 +199,37 @@ static qn_status meshed_bounds(const qn_solid *solid, const qni_box *box, double
     return qni_model_status(meshed->model);
 }
 
+/* Can a panel meet a box? Its box does, and its plane. */
+static bool near_panel_meets(const qni_meshed *solid, const qni_near_panel *near,
+                             const qni_box *box) {
+    for (int k = 0; k < 3; ++k)
+        if ((double)near->low[k] > box->high[k] || (double)near->high[k] < box->low[k])
+            return false;
+    const qni_panel_tree *tree = near->cap ? &solid->model->caps : &solid->model->surface;
+    const qni_panel *panel = &tree->panels[near->panel];
+    double normal[3], height = 0, reach = 0, size = 0;
+    qni_panel_normal(panel, normal);
+    for (int k = 0; k < 3; ++k) {
+        const double middle = 0.5 * (box->low[k] + box->high[k]), at = (double)panel->at[0][k];
+        height += normal[k] * (middle - at);
+        reach += fabs(normal[k]) * 0.5 * (box->high[k] - box->low[k]);
+        size += fabs(middle) + fabs(at) + fabs((double)near->low[k]) + fabs((double)near->high[k]);
+    }
+    return fabs(height) <= reach + 1e-9 * size; /* the plane of a sliver is not known any better */
+}
+
+/* Far from holes the sign changes at panels only. */
+static bool meshed_changes(const qn_solid *solid, const qni_box *box, bool *may_out) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    if (!meshed->listed || meshed->smooth || !qni_meshed_holds(meshed, box->low) ||
+        !qni_meshed_holds(meshed, box->high))
+        return false;
+    *may_out = false;
+    for (int32_t n = 0; n < meshed->near_count && !*may_out; ++n)
+        *may_out = near_panel_meets(meshed, &meshed->near[n], box);
+    return true;
+}
+
 static qn_solid *new_node(qni_model *model);
 
 typedef struct gather {
@@ -284,6 +315,7 @@ static const qni_solid_ops meshed_ops = {
     .crossings = qni_meshed_crossings,
     .restrict_to = meshed_restrict,
     .inside = meshed_inside,
+    .changes = meshed_changes,
 };
 
 static qn_solid *new_node(qni_model *model) {

@@ -50,6 +50,9 @@ typedef struct qni_solid_ops {
      * says what can be between them; true when they are known and f is continuous there. May be
      * NULL. */
     bool (*slopes)(const qn_solid *solid, const qni_box *box, double ranges[3][2]);
+    /* Whether f may change sign in the box, where that is known for less than bounds cost; false
+     * when it is not. May be NULL. */
+    bool (*changes)(const qn_solid *solid, const qni_box *box, bool *may_out);
 } qni_solid_ops;
 
 struct qn_solid {
