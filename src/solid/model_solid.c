@@ -254,16 +254,34 @@ static bool gather_one(void *user, int32_t index) {
     return true;
 }
 
+/* Those of a solid of a larger box that meet this one. */
+static void choose_panels(const qni_meshed *from, const qni_box *box, qni_meshed *into) {
+    for (int32_t n = 0; n < from->near_count; ++n) {
+        const qni_near_panel *near = &from->near[n];
+        bool meets = true;
+        for (int k = 0; k < 3; ++k)
+            meets = meets && (double)near->low[k] <= box->high[k] &&
+                    (double)near->high[k] >= box->low[k];
+        if (meets)
+            into->near[into->near_count++] = *near;
+    }
+}
+
 /* The panels that meet the box, when they are few. */
 static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *into) {
     qn_context *context = from->base.context;
     qni_near_panel room[QNI_NEAR_PANELS];
     into->near = room;
-    gather job = {&from->model->surface, into, false};
-    bool few = qni_panel_tree_visit(job.tree, box, gather_one, &job);
-    job.tree = &from->model->caps;
-    job.cap = true;
-    few = few && qni_panel_tree_visit(job.tree, box, gather_one, &job);
+    bool few = true;
+    if (from->listed && qni_meshed_holds(from, box->low) && qni_meshed_holds(from, box->high)) {
+        choose_panels(from, box, into);
+    } else {
+        gather job = {&from->model->surface, into, false};
+        few = qni_panel_tree_visit(job.tree, box, gather_one, &job);
+        job.tree = &from->model->caps;
+        job.cap = true;
+        few = few && qni_panel_tree_visit(job.tree, box, gather_one, &job);
+    }
     into->near = NULL;
     into->listed = few;
     if (!few)
