@@ -106,23 +106,14 @@ static result run_case(const bench_case *one) {
     return out;
 }
 
+static void run_in_child(const void *job, void *out) {
+    *(result *)out = run_case(job);
+}
+
 static result run_apart(const bench_case *one) {
     result out = {.good = false};
-    int ends[2];
-    if (pipe(ends) != 0)
-        return out;
-    fflush(NULL);
-    const pid_t child = fork();
-    if (child == 0) {
-        result own = run_case(one);
-        _exit(write(ends[1], &own, sizeof own) == (ssize_t)sizeof own ? 0 : 1);
-    }
-    close(ends[1]);
-    if (child < 0 || read(ends[0], &out, sizeof out) != (ssize_t)sizeof out)
+    if (!bench_run_apart(run_in_child, one, &out, sizeof out))
         out.good = false;
-    close(ends[0]);
-    if (child > 0)
-        waitpid(child, NULL, 0);
     return out;
 }
 

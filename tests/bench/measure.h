@@ -3,6 +3,8 @@
 #ifndef BENCH_MEASURE_H
 #define BENCH_MEASURE_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 typedef struct bench_time {
@@ -11,6 +13,11 @@ typedef struct bench_time {
 
 bench_time bench_now(void);
 bench_time bench_since(bench_time start);
+
+/* Run `work` in a process of its own, so that each case begins with the same memory; it fills
+ * `result` [size]. False when it died. */
+bool bench_run_apart(void (*work)(const void *job, void *result), const void *job, void *result,
+                     size_t size);
 
 /* Bytes of this process in memory, and the most since the reset; 0 where the system does not tell.
  */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Distances of meshes to the solid, against their triangles: `libfive` on the model of libfive's
- * figures, `levels` as in [CMS05] table 3, `tolerance` on the solids of the data folder. */
+ * figures, `levels` as in [CMS05] table 3, `tolerance` on the solids of the data folder;
+ * `adaptivity`: what grows with depth. */
 #include "bench/cms/scenes.h"
 #include "bench/measure.h"
 #include "lib/mesh_distance.h"
@@ -102,29 +103,73 @@ static void compare(const own_row *rows, int count, int turned) {
     }
 }
 
+/* Tolerances just below each of libfive's distances, where they are neither far below a cell nor
+ * far above it. */
+static int run_depth(qn_context *context, const qn_solid *solid, int depth, const qn_mesh *truth,
+                     const test_distance_tree *tree, own_row *rows) {
+    double low[3], high[3];
+    int count = 0;
+    qn_solid_get_box(solid, low, high);
+    const double extent = fmax(high[0] - low[0], fmax(high[1] - low[1], high[2] - low[2]));
+    for (int n = 0; n < LIBFIVE_ROWS; ++n)
+        for (int part = 0; part < 3; ++part) {
+            static const double parts[3] = {0.98, 0.8, 0.65};
+            const double cells = parts[part] * libfive_rows[n].largest / extent * (1 << depth);
+            if (cells > 0.015 && cells < (depth < 9 ? 1 : 0.2))
+                rows[count++] = run_own(context, solid, depth, cells, truth, tree);
+        }
+    return count;
+}
+
 static void run_libfive(void) {
-    static const double tolerances[] = {0.02, 0.05, 0.1, 0.2, 0.4, 1};
-    enum { LOW = 5, HIGH = 9, TOLERANCES = 6 };
+    enum { LOW = 5, HIGH = 9 };
     for (int turned = 0; turned < 2; ++turned) {
         qn_context *context = test_context(1);
         qn_solid *solid = scene_libfive(context, turned);
         scene_surface truth = scene_make_surface(context, solid, 9, 0, true);
         test_distance_tree *tree = test_distance_tree_create(truth.mesh);
-        own_row rows[(HIGH - LOW + 1) * TOLERANCES];
+        own_row rows[3 * (HIGH - LOW + 1) * LIBFIVE_ROWS];
         int count = 0;
         printf("%s### libfive's model, %s\n\n| depth | tolerance, cells | triangles | largest "
                "distance | mean | cracks, non-manifold | self-intersections | degenerate | s, one "
                "thread |\n|---|---|---|---|---|---|---|---|---|\n",
                turned ? "\n" : "", turned ? "turned" : "as it is");
         for (int depth = LOW; depth <= HIGH; ++depth)
-            for (int t = 0; t < (depth < 9 ? TOLERANCES : 2); ++t)
-                rows[count++] = run_own(context, solid, depth, tolerances[t], truth.mesh, tree);
+            count += run_depth(context, solid, depth, truth.mesh, tree, rows + count);
         compare(rows, count, turned);
         test_distance_tree_destroy(tree);
         qn_mesh_destroy(truth.mesh);
         qn_solid_destroy(solid);
         test_context_end(context);
     }
+}
+
+/* ---- adaptivity
+ * -------------------------------------------------------------------------------- */
+
+static void run_adaptivity(void) {
+    qn_context *context = test_context(1);
+    qn_solid *cube = scene_turned_cube(context);
+    printf("| base | depth | triangles | leaves | of these along an edge | at a corner | cms ms |\n"
+           "|---|---|---|---|---|---|---|\n");
+    for (int base = 8; base >= 2; base -= 6)
+        for (int depth = 6; depth <= 10; ++depth) {
+            qn_solid_surface_options options;
+            qn_solid_surface_report report;
+            qn_mesh *mesh;
+            qn_solid_surface_options_init(&options);
+            options.depth = depth;
+            options.base = base;
+            assert_int_equal(qn_solid_surface(context, cube, &options, &mesh, &report, NULL),
+                             QN_OK);
+            printf("| %d | %d | %s | %s | %s | %s | %.1f |\n", base, depth,
+                   scene_count(report.triangles), scene_count(report.leaves),
+                   scene_count(report.crease_loops), scene_count(report.corner_loops),
+                   1e3 * report.seconds_cms);
+            qn_mesh_destroy(mesh);
+        }
+    qn_solid_destroy(cube);
+    test_context_end(context);
 }
 
 /* ---- levels of detail
@@ -263,10 +308,13 @@ int main(int argc, char **argv) {
         run_libfive();
     else if (argc == 2 && strcmp(argv[1], "levels") == 0)
         run_levels();
+    else if (argc == 2 && strcmp(argv[1], "adaptivity") == 0)
+        run_adaptivity();
     else if ((argc == 2 || argc == 3) && strcmp(argv[1], "tolerance") == 0)
         return run_tolerance(argc == 3 ? argv[2] : NULL);
     else {
-        fprintf(stderr, "usage: %s libfive | levels | tolerance [CSV-FILE]\n", argv[0]);
+        fprintf(stderr, "usage: %s libfive | levels | adaptivity | tolerance [CSV-FILE]\n",
+                argv[0]);
         return 2;
     }
     return 0;

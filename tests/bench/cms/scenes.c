@@ -97,6 +97,13 @@ qn_solid *scene_libfive(qn_context *context, bool turned) {
     return moved(context, solid, (const double(*)[3])turn, origin);
 }
 
+qn_solid *scene_turned_cube(qn_context *context) {
+    static const double axis[3] = {3, 1, 2}, origin[3] = {0.03, -0.07, 0.05};
+    double turn[3][3];
+    turn_about(axis, 0.6, turn);
+    return moved(context, box(context, 1, 1, 1), (const double(*)[3])turn, origin);
+}
+
 static qn_solid *random_primitive(qn_context *context, test_random *random) {
     const double a = 0.2 + 0.5 * test_random_unit(random), b = 0.2 + 0.5 * test_random_unit(random);
     const double axis[3] = {test_random_gaussian(random), test_random_gaussian(random),

@@ -12,6 +12,8 @@ qn_solid *scene_figure_8(qn_context *context);
  * cylinder of radius 0.35, |z| < 1.5, at (-0.3, -0.3); as it is, or turned 0.5 rad about (1, 2, 3).
  */
 qn_solid *scene_libfive(qn_context *context, bool turned);
+/* A cube of side 2, turned 0.6 rad about (3, 1, 2), off the origin. */
+qn_solid *scene_turned_cube(qn_context *context);
 /* `count` turned boxes, balls, cylinders, cones and rings, of which every fifth is taken away. */
 qn_solid *scene_primitives(qn_context *context, int count);
 /* A file of the data folder's csg/; NULL, with a line on stderr, where it is not there or needs
