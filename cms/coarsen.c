@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-/* When a cell may be a leaf: its own surface, one disc, explains all fine samples in it.
+/* When a cell may be a leaf: its own surface, one disc, or a few that are flat and apart, explains
+ * all fine samples in it.
  *
- * Its own segments make one loop; each crossing of a finest edge in the closed cell lies within the
- * tolerance of the cell's triangles, of which one there faces its way, so that a second sheet (one
- * faces back), a wall or a tunnel is never overlooked where the finest lattice sees it; apex and
- * face features lie on the surface. */
+ * Its own segments make one loop, or a few without an apex; each crossing of a finest edge in the
+ * closed cell lies within the tolerance of the cell's triangles, of which one there faces its way,
+ * so that a second sheet (one faces back), a wall or a tunnel is never overlooked where the finest
+ * lattice sees it; apex and face features lie on the surface. */
 #include "cms/cms.h"
 #include "core/cube_hd.h"
 #include "core/parallel.h"
@@ -183,8 +184,11 @@ bool qni_samples_are_explained(const qni_patch *patch) {
     return visit_samples(patch->hermite, &patch->cell, sample_is_near, &job);
 }
 
-/* The cell's own loop, as if its neighbours were leaves of its size. */
-static bool make_loop(qni_patch *patch, qni_face_store *store, const qni_cell *cell) {
+/* The two sides of an edge of the solid, when that passes by just outside; a corner has three. */
+enum { MOST_LOOPS = 3 };
+
+/* The cell's own loops, as if its neighbours were leaves of its size. */
+static bool make_loops(qni_patch *patch, qni_face_store *store, const qni_cell *cell) {
     qni_face_feature features[QNI_FACES * QNI_KEPT_FEATURES];
     patch->octree = NULL;
     qni_patch_set_cell(patch, cell);
@@ -199,20 +203,33 @@ static bool make_loop(qni_patch *patch, qni_face_store *store, const qni_cell *c
             if (!qni_patch_add_piece(patch, &kept->segments[n], out, (uint32_t)first))
                 return false;
     }
-    return qni_patch_trace(patch, features) && patch->loop_count == 1;
+    return qni_patch_trace(patch, features) && patch->loop_count > 0 &&
+           patch->loop_count <= MOST_LOOPS;
+}
+
+/* Discs of several loops must have nothing to do with each other. */
+static bool loops_are_well(qni_patch *patch) {
+    qni_cms_tally tally;
+    memset(&tally, 0, sizeof tally);
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        const qni_loop *loop = &patch->loops[n];
+        if (loop->has_apex && (patch->loop_count > 1 || loop->escaped ||
+                               (loop->clusters == 2 && loop->sharp_count != 2)))
+            return false;
+    }
+    return patch->loop_count == 1 ||
+           (qni_patch_separate(patch, &tally) == QN_OK && tally.tubes == 0 &&
+            tally.moved_loops == 0 && tally.unresolved_cells == 0);
 }
 
 static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell *cell) {
     qni_cms_tally unused;
     memset(&unused, 0, sizeof unused);
-    if (!make_loop(patch, store, cell) || qni_patch_place_apexes(patch, true, &unused) != QN_OK)
+    if (!make_loops(patch, store, cell) || qni_patch_place_apexes(patch, true, &unused) != QN_OK)
         return false;
-    const qni_loop *loop = &patch->loops[0];
     if (qni_patch_triangulate(patch, &unused) != QN_OK)
         return false;
-    if (loop->has_apex && (loop->escaped || (loop->clusters == 2 && loop->sharp_count != 2)))
-        return false;
-    return qni_samples_are_explained(patch) &&
+    return loops_are_well(patch) && qni_samples_are_explained(patch) &&
            bends_are_on_surface(patch, patch->settings->tolerance);
 }
 
