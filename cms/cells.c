@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "core/status.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- faces
@@ -161,6 +162,34 @@ static bool lies_across_bounds(const qni_lattice *lattice, const qni_cell *cell)
     return false;
 }
 
+/* Do two creases leave a corner almost the same way? It is one crease, which left the leaf through
+ * a wall to finer neighbours and came back. */
+static bool has_twin_spokes(const qni_patch *patch, const qni_loop *loop) {
+    enum { MOST_SPOKES = 16 };
+    static const double alike = 0.985; /* 10 degrees */
+    double spokes[MOST_SPOKES][3];
+    int count = 0;
+    for (int32_t n = 0; n < loop->count && count < MOST_SPOKES; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        double length = 0;
+        if (!vertex->sharp)
+            continue;
+        for (int k = 0; k < 3; ++k) {
+            spokes[count][k] = (double)vertex->place[k] - (double)loop->apex[k];
+            length += spokes[count][k] * spokes[count][k];
+        }
+        for (int k = 0; k < 3; ++k)
+            spokes[count][k] /= sqrt(length);
+        for (int m = 0; m < count; ++m)
+            if (spokes[m][0] * spokes[count][0] + spokes[m][1] * spokes[count][1] +
+                    spokes[m][2] * spokes[count][2] >
+                alike)
+                return true;
+        ++count;
+    }
+    return false;
+}
+
 /* A coarse leaf is asked again with the segments that its finer neighbours gave it: the same
  * conditions as before. */
 static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
@@ -170,6 +199,8 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         const qni_loop *loop = &patch->loops[n];
         if (loop->has_apex && (loop->escaped || (loop->clusters == 2 && loop->sharp_count != 2)))
+            return false;
+        if (loop->has_apex && loop->sharp_count > 3 && has_twin_spokes(patch, loop))
             return false;
     }
     return before->moved_loops == after->moved_loops &&
