@@ -195,8 +195,9 @@ static qn_status gather(qni_simplifier *job, const part *parts, qn_error *error)
         const qni_numbers *found = &parts[t].suspects;
         if (!qni_numbers_reserve(job->context, &job->suspects, found->count))
             return qni_fail_memory(error, "the list of quads to remove");
-        memcpy(job->suspects.items + job->suspects.count, found->items,
-               (size_t)found->count * sizeof *found->items);
+        if (found->count > 0)
+            memcpy(job->suspects.items + job->suspects.count, found->items,
+                   (size_t)found->count * sizeof *found->items);
         job->suspects.count += found->count;
         job->report.merged_quads += parts[t].merged;
         job->report.unprojected += parts[t].unprojected;
