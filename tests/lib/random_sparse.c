@@ -200,7 +200,7 @@ double test_sparse_value(const test_sparse *sparse, int64_t i, int64_t j, int64_
         for (int a = 0; a < 3; ++a) {
             const int64_t within = at[a] - grid->origins[n][a];
             inside = inside && within >= 0 && within < 8;
-            place |= within << (3 * a);
+            place += within * (1 << (3 * a));
         }
         if (inside)
             return load(grid->values, grid->scalar, n * LEAF_SAMPLES + place);
