@@ -201,8 +201,9 @@ static void close_up(qni_numbers *suspects, const int64_t *start, const int64_t 
                      int32_t threads) {
     suspects->count = 0;
     for (int32_t t = 0; t < threads; ++t) {
-        memmove(suspects->items + suspects->count, suspects->items + start[t],
-                (size_t)others[t] * sizeof *suspects->items);
+        if (others[t] > 0) /* there may be no array yet */
+            memmove(suspects->items + suspects->count, suspects->items + start[t],
+                    (size_t)others[t] * sizeof *suspects->items);
         suspects->count += others[t];
     }
 }
