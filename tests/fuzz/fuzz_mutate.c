@@ -146,8 +146,5 @@ int main(int argument_count, char **arguments) {
            total, use.ru_maxrss >> 10, started.ru_maxrss >> 10, longest);
     for (int n = 0; n < count; ++n)
         free(files[n].bytes);
-#ifdef __SANITIZE_ADDRESS__ /* whose processes run without their limit on memory */
-    started.ru_maxrss = 0;
-#endif
     return use.ru_maxrss > MOST_MEMORY_KB || started.ru_maxrss > MOST_MEMORY_KB;
 }
