@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 
 static bool is_mesh_format(const char *name) {
-    static const char *const names[] = {"ply", "obj", "stl", "off", "glb"};
+    static const char *const names[] = {"ply", "obj", "stl", "off", "glb", "gltf"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; ++i)
         if (strcasecmp(name, names[i]) == 0)
             return true;

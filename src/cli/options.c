@@ -200,7 +200,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},
 
     {OPTION_FROM, 0, "from", "FORMAT", WORK, "Input",
-     "nifti, nrrd, metaimage, npy, inr, mitsuba, vdb, nvdb or raw; ply, obj, stl, off or glb. By default the name and the first bytes tell; the input - (stdin) needs it."},
+     "nifti, nrrd, metaimage, npy, inr, mitsuba, vdb, nvdb or raw; ply, obj, stl, off, glb or gltf. By default the name and the first bytes tell; the input - (stdin) needs it."},
     {OPTION_TRANSFORM, 0, "transform", "auto|sform|qform|pixdim", MESH | INFO, NULL,
      "which placement of a NIfTI file to use; auto takes the one with the higher code"},
     {OPTION_SPACING, 0, "spacing", "X,Y,Z", MESH | INFO, NULL, "distance between samples, instead of the header's"},

@@ -16,14 +16,15 @@ typedef enum qni_mesh_format {
     QNI_OBJ,
     QNI_STL,
     QNI_OFF,
-    QNI_GLB,
+    QNI_GLB, /* and, to be read, glTF as text */
     QNI_NO_FORMAT
 } qni_mesh_format;
 
-/* The format of a name such as "ply", in any case; QNI_NO_FORMAT when there is none. */
-qni_mesh_format qni_mesh_format_named(const char *name, size_t length);
-/* The format a file's name ends in; ".gz" after it is looked through when `gzip` is true. */
-qni_mesh_format qni_mesh_format_of_path(const char *path, bool gzip);
+/* The format of a name such as "ply", in any case; QNI_NO_FORMAT when there is none. "gltf" is one
+ * only for reading. */
+qni_mesh_format qni_mesh_format_named(const char *name, size_t length, bool reading);
+/* The format a file's name ends in; ".gz" after it is looked through when `reading`. */
+qni_mesh_format qni_mesh_format_of_path(const char *path, bool reading);
 
 /* What the writers are handed; `normals` is NULL when they are absent or not wanted. */
 typedef struct qni_write_job {
@@ -49,7 +50,7 @@ qn_status qni_read_ply(const qni_content *content, qni_builder *builder, qn_erro
 qn_status qni_read_obj(const qni_content *content, qni_builder *builder, qn_error *error);
 qn_status qni_read_stl(const qni_content *content, qni_builder *builder, qn_error *error);
 qn_status qni_read_off(const qni_content *content, qni_builder *builder, qn_error *error);
-qn_status qni_read_glb(const qni_content *content, qni_builder *builder, qn_error *error);
+qn_status qni_read_gltf(const qni_content *content, qni_builder *builder, qn_error *error);
 /* Whether content is binary STL: its length is what its triangle count asks for. */
 bool qni_is_binary_stl(const qni_content *content);
 

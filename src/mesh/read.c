@@ -61,7 +61,7 @@ static qni_mesh_format format_of_content(const qni_content *content) {
     if (begins(content, "OFF") || begins(content, "NOFF") || begins(content, "COFF") ||
         begins(content, "CNOFF") || begins(content, "STOFF"))
         return QNI_OFF;
-    if (begins(content, "glTF"))
+    if (begins(content, "glTF") || begins(content, "{"))
         return QNI_GLB;
     if (qni_is_binary_stl(content) || begins(content, "solid"))
         return QNI_STL;
@@ -72,11 +72,11 @@ static qn_status choose_format(const qni_content *content, const char *format,
                                qni_mesh_format *format_out, qn_error *error) {
     const char *path = content->path;
     if (format && *format) {
-        *format_out = qni_mesh_format_named(format, strlen(format));
+        *format_out = qni_mesh_format_named(format, strlen(format), true);
         if (*format_out == QNI_NO_FORMAT)
-            return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                            "'%.16s' is no mesh format to read: take ply, obj, stl, off or glb",
-                            format);
+            return qni_fail(
+                error, QN_ERROR_INVALID_ARGUMENT,
+                "'%.16s' is no mesh format to read: take ply, obj, stl, off, glb or gltf", format);
     } else {
         *format_out = qni_mesh_format_of_path(path, true);
         if (*format_out == QNI_NO_FORMAT)
@@ -86,7 +86,7 @@ static qn_status choose_format(const qni_content *content, const char *format,
         return qni_fail(
             error, QN_ERROR_INPUT,
             "cannot read '%.200s': neither its name nor its first bytes are those of a PLY, OBJ, "
-            "STL, OFF or GLB file; give the format",
+            "STL, OFF, GLB or glTF file; give the format",
             path);
     return QN_OK;
 }
@@ -97,7 +97,7 @@ static qn_status read_content(const qni_content *content, const char *format, qn
     QN_TRY(choose_format(content, format, &chosen, error));
     *place_out = chosen == QNI_OBJ || chosen == QNI_OFF ? "line" : "face";
     static qn_status (*const readers[])(const qni_content *, qni_builder *, qn_error *) = {
-        qni_read_ply, qni_read_obj, qni_read_stl, qni_read_off, qni_read_glb};
+        qni_read_ply, qni_read_obj, qni_read_stl, qni_read_off, qni_read_gltf};
     return readers[chosen](content, builder, error);
 }
 

@@ -8,20 +8,25 @@
 
 static const char *const format_names[] = {"ply", "obj", "stl", "off", "glb"};
 
-qni_mesh_format qni_mesh_format_named(const char *name, size_t length) {
+qni_mesh_format qni_mesh_format_named(const char *name, size_t length, bool reading) {
+    if (reading && length == 4 && strncasecmp(name, "gltf", 4) == 0)
+        return QNI_GLB;
     for (int format = QNI_PLY; format < QNI_NO_FORMAT; ++format)
         if (length == 3 && strncasecmp(name, format_names[format], 3) == 0)
             return (qni_mesh_format)format;
     return QNI_NO_FORMAT;
 }
 
-qni_mesh_format qni_mesh_format_of_path(const char *path, bool gzip) {
+qni_mesh_format qni_mesh_format_of_path(const char *path, bool reading) {
     size_t length = strlen(path);
-    if (gzip && length > 3 && strcasecmp(path + length - 3, ".gz") == 0)
+    if (reading && length > 3 && strcasecmp(path + length - 3, ".gz") == 0)
         length -= 3;
-    if (length < 4 || path[length - 4] != '.')
+    size_t start = length;
+    while (start > 0 && path[start - 1] != '.' && path[start - 1] != '/')
+        --start;
+    if (start == 0 || path[start - 1] != '.')
         return QNI_NO_FORMAT;
-    return qni_mesh_format_named(path + length - 3, 3);
+    return qni_mesh_format_named(path + start, length - start, reading);
 }
 
 static qn_status choose_format(const char *path, const qn_mesh_write_options *options,
@@ -29,7 +34,7 @@ static qn_status choose_format(const char *path, const qn_mesh_write_options *op
     bool named = options && options->format[0];
     if (named) {
         const char *name = options->format;
-        *format_out = qni_mesh_format_named(name, strnlen(name, sizeof options->format));
+        *format_out = qni_mesh_format_named(name, strnlen(name, sizeof options->format), false);
     } else {
         *format_out = qni_mesh_format_of_path(path, false);
     }

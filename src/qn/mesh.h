@@ -253,21 +253,28 @@ static inline void qn_mesh_write_options_init(qn_mesh_write_options *options) {
  * Coordinates are written as they are, in every format; text has the fewest digits that read back
  * to the same floats. PLY names space and unit in comments, GLB in asset.extras (glTF itself says
  * metres and y up: scale and turn the mesh before where that matters). Nothing in a file changes
- * from run to run. QN_ERROR_OUTPUT            the folder is missing, the disk is full, no right to
- * write QN_ERROR_INVALID_ARGUMENT  no such format; a mesh too large for the format */
+ * from run to run.
+ *
+ * QN_ERROR_OUTPUT            the folder is missing, the disk is full, no right to write
+ * QN_ERROR_INVALID_ARGUMENT  no such format; a mesh too large for the format */
 QN_API qn_status qn_mesh_write(qn_context *context, const qn_mesh *mesh, const char *path,
                                const qn_mesh_write_options *options, qn_error *error);
 
-/* Read a mesh: PLY, OBJ, STL, OFF, GLB (each also as .gz). Polygons of more than four corners are
- * split into triangles, which come after the file's own; faces of fewer than three corners are left
- * out with a warning. The vertices of an STL file are joined where their coordinates are equal,
- * numbered as they first appear; so are those of a GLB file, after its nodes have moved them.
- * Owners: materials of OBJ and GLB files from 1, in OBJ files without any their groups; the first
+/* Read a mesh: PLY, OBJ, STL, OFF, GLB, glTF (each also as .gz). Polygons of more than four corners
+ * are split into triangles, which come after the file's own; faces of fewer than three corners are
+ * left out with a warning. The vertices of an STL file are joined where their coordinates are
+ * equal, numbered as they first appear; so are those of a glTF file, after its nodes have moved
+ * them. The data of a .gltf file is in it as base64, or in files in its folder or below; skins,
+ * morph targets and compressed meshes are not looked at or refused by name.
+ * Owners: materials of OBJ and glTF files from 1, in OBJ files without any their groups; the first
  * of owner, material_index, material and group that the faces of a PLY file have. Normals are read
- * from PLY and OFF. Coordinates that are not finite are kept: qn_mesh_check() counts them. format:
- * NULL or "" by the file's name and first bytes. QN_ERROR_INPUT             no such file, cut
- * short, damaged; the message names the file and the line or byte QN_ERROR_INVALID_ARGUMENT  no
- * such format */
+ * from PLY and OFF. Coordinates that are not finite are kept: qn_mesh_check() counts them.
+ *
+ * format   NULL or "": by the file's name and first bytes.
+ *
+ * QN_ERROR_INPUT             no such file, cut short, damaged; the message names the file and the
+ *                            line or byte
+ * QN_ERROR_INVALID_ARGUMENT  no such format */
 QN_API qn_status qn_mesh_read(qn_context *context, const char *path, const char *format,
                               qn_mesh **mesh_out, qn_error *error);
 

@@ -94,8 +94,9 @@ qn_status qni_csg_import(qni_csg_builder *build, const qni_csg_call *call, qn_so
             return import_mesh(build, path, solid_out);
     if (ends_with(path, ".vdb") || ends_with(path, ".nvdb"))
         return import_volume(build, path, solid_out);
-    return qni_csg_fail(build, call, QN_ERROR_UNSUPPORTED,
-                        "'%.200s' cannot be imported; .stl, .obj, .ply, .off, .glb, .vdb and .nvdb "
-                        "files can",
-                        path);
+    return qni_csg_fail(
+        build, call, QN_ERROR_UNSUPPORTED,
+        "'%.200s' cannot be imported; .stl, .obj, .ply, .off, .glb, .gltf, .vdb and "
+        ".nvdb files can",
+        path);
 }

@@ -6,12 +6,14 @@
 #include "volume/vdb_wire.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <unistd.h>
 #ifdef __linux__
 #define FILE_PATH "/proc/self/fd/3"
@@ -64,15 +66,45 @@ static void limit(int resource, int64_t most) {
     setrlimit(resource, &now);
 }
 
+#ifdef __SANITIZE_ADDRESS__
+/* The sanitizer reserves terabytes of addresses, so a limit on addresses would end it at once: what
+ * is resident is looked at instead, a hundred times a second. */
+static int64_t most_resident;
+
+static void end_beyond_limit(int unused) {
+    char text[96] = "";
+    const int kept = errno, descriptor = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+    (void)unused;
+    if (descriptor >= 0) {
+        if (read(descriptor, text, sizeof text - 1) > 0 && strchr(text, ' ') &&
+            strtoll(strchr(text, ' '), NULL, 10) * (int64_t)sysconf(_SC_PAGESIZE) > most_resident)
+            _exit(1);
+        close(descriptor);
+    }
+    errno = kept;
+}
+
+static void limit_memory(int64_t most) {
+    const struct itimerval often = {{0, 10000}, {0, 10000}};
+    struct sigaction action = {.sa_flags = SA_RESTART};
+    action.sa_handler = end_beyond_limit;
+    most_resident = most;
+    sigaction(SIGALRM, &action, NULL);
+    setitimer(ITIMER_REAL, &often, NULL);
+}
+#else
+static void limit_memory(int64_t most) {
+    limit(RLIMIT_AS, most);
+}
+#endif
+
 static void limit_reading(void) {
     struct stat status;
     const int64_t size = fstat(QNI_VDB_FILE, &status) == 0 ? (int64_t)status.st_size : 0;
-    limit(RLIMIT_CPU, qni_vdb_seconds_allowed(size));
-#ifndef __SANITIZE_ADDRESS__ /* which reserves terabytes of addresses */
     const int64_t machine = (int64_t)sysconf(_SC_PHYS_PAGES) * (int64_t)sysconf(_SC_PAGESIZE);
     const int64_t bytes = qni_vdb_bytes_allowed(size);
-    limit(RLIMIT_AS, machine > 0 && machine < bytes ? machine : bytes);
-#endif
+    limit(RLIMIT_CPU, qni_vdb_seconds_allowed(size));
+    limit_memory(machine > 0 && machine < bytes ? machine : bytes);
 }
 
 static void set_up(void) {

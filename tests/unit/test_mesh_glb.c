@@ -172,12 +172,12 @@ static void damaged_files_are_refused(void **state) {
     static const struct {
         const char *json, *words;
     } cases[] = {
-        {"{\"asset\":", "not JSON"},
+        {"{\"asset\":", "JSON is damaged"},
         {circle, "in a circle"},
         {many, "size allows"},
         {long_accessor, "beyond the end"},
         {FILE_OF("\"meshes\":[" MESH("7", "") "]"), "no data"},
-        {FILE_OF("\"meshes\":[" MESH("0", "") "]"), "no floats"},
+        {FILE_OF("\"meshes\":[" MESH("0", "") "]"), "whole numbers"},
         {FILE_OF("\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":1}}]}]"),
          "reaches beyond"},
         {FILE_OF("\"scenes\":[{\"nodes\":[3]}]"), "a node that is not there"},

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-/* GLB (binary glTF 2.0): the triangles of all meshes of the scene, moved by their nodes, joined
- * where their coordinates are equal; the owner is the material's number from 1. Coordinates stay as
- * they are. Every offset and count is checked against the chunk before it is used. */
+/* glTF 2.0, as one binary file (.glb) or as JSON with its data in base64 or beside it (.gltf): the
+ * triangles of all meshes of the scene, moved by their nodes, joined where their coordinates are
+ * equal; the owner is the material's number from 1. Coordinates stay as they are. Every offset and
+ * count is checked against the buffer before it is used. */
 #include "core/status.h"
 #include "mesh/format.h"
+#include "mesh/gltf_buffers.h"
 #include "mesh/weld.h"
 
 #include <jansson.h>
@@ -13,7 +15,9 @@ enum {
     JSON_CHUNK = 0x4e4f534a,
     BIN_CHUNK = 0x004e4942,
     DEEPEST = 64,
+    SIGNED_BYTE = 5120,
     BYTE = 5121,
+    SIGNED_SHORT = 5122,
     SHORT = 5123,
     INTEGER = 5125,
     FLOAT = 5126,
@@ -27,22 +31,28 @@ typedef struct reader {
     qni_builder *builder;
     qni_weld weld;
     const json_t *root;
-    const char *bin;
-    int64_t bin_size;
-    int64_t corners_left; /* instances of instances must not fill the memory */
+    qni_gltf_buffers buffers;
+    int64_t corners; /* taken so far */
     int64_t face;
     qn_error *error;
 } reader;
 
-/* Items of an accessor in the chunk. */
+/* Items of an accessor in their buffer. */
 typedef struct span {
     const char *at;
     int64_t count, stride;
     int64_t type;
+    bool normalized; /* whole numbers that stand for -1 to 1, or 0 to 1 */
 } span;
 
 static qn_status damaged(const reader *r, const char *what) {
     return qni_fail(r->error, QN_ERROR_INPUT, "cannot read '%.200s': %s", r->content->path, what);
+}
+
+/* Instances of instances must not fill the memory: counts what is taken against the bytes read. */
+static bool has_room(reader *r, int64_t corners) {
+    r->corners += corners;
+    return r->corners <= 1000000 + 16 * (r->content->size + r->buffers.loaded);
 }
 
 /* A whole number of 0 and more; `otherwise` when it is missing, -1 when it is none. */
@@ -62,30 +72,36 @@ static const json_t *item(const reader *r, const char *list, int64_t index) {
 }
 
 static int64_t size_of(int64_t type) {
-    return type == BYTE ? 1 : type == SHORT ? 2 : type == INTEGER || type == FLOAT ? 4 : 0;
+    return type == BYTE || type == SIGNED_BYTE     ? 1
+           : type == SHORT || type == SIGNED_SHORT ? 2
+           : type == INTEGER || type == FLOAT      ? 4
+                                                   : 0;
 }
 
-static qn_status find_span(const reader *r, int64_t index, int width, span *out) {
+static qn_status find_span(reader *r, int64_t index, int width, span *out) {
     const json_t *accessor = item(r, "accessors", index);
     const json_t *view =
         accessor ? item(r, "bufferViews", whole(accessor, "bufferView", -1)) : NULL;
     if (accessor && json_object_get(accessor, "sparse"))
         return damaged(r, "sparse accessors are not supported");
-    if (!view || whole(view, "buffer", -1) != 0)
-        return damaged(r, "an accessor has no data in the file's own buffer");
+    if (!view)
+        return damaged(r, "an accessor has no data");
+    const qni_gltf_buffer *buffer;
+    QN_TRY(qni_gltf_buffers_get(&r->buffers, whole(view, "buffer", -1), &buffer, r->error));
     out->type = whole(accessor, "componentType", -1);
     out->count = whole(accessor, "count", -1);
+    out->normalized = json_is_true(json_object_get(accessor, "normalized"));
     int64_t size = size_of(out->type) * width, start = whole(view, "byteOffset", 0),
             length = whole(view, "byteLength", -1), first = whole(accessor, "byteOffset", 0);
     out->stride = whole(view, "byteStride", size);
     if (size == 0 || out->count < 0 || start < 0 || length < 0 || first < 0 || out->stride < size ||
         out->stride > 255 + size)
         return damaged(r, "an accessor is not of the right form");
-    if (start > r->bin_size || length > r->bin_size - start || first > length ||
+    if (start > buffer->size || length > buffer->size - start || first > length ||
         (out->count > 0 &&
          (length - first < size || (length - first - size) / out->stride < out->count - 1)))
         return damaged(r, "an accessor reaches beyond the end of its data; the file is damaged");
-    out->at = r->bin + start + first;
+    out->at = buffer->bytes + start + first;
     return QN_OK;
 }
 
@@ -96,13 +112,29 @@ static int64_t index_at(const span *s, int64_t n) {
     return s->type == SHORT ? at[0] | at[1] << 8 : (int64_t)qni_get_u32((const char *)at);
 }
 
+/* A coordinate: a float, or a whole number of a quantized mesh (KHR_mesh_quantization). */
+static float coordinate_at(const span *s, const char *at) {
+    const unsigned char *byte = (const unsigned char *)at;
+    if (s->type == FLOAT)
+        return qni_get_f32(at);
+    const bool is_signed = s->type == SIGNED_BYTE || s->type == SIGNED_SHORT;
+    int32_t value = s->type == BYTE || s->type == SIGNED_BYTE ? byte[0] : byte[0] | byte[1] << 8;
+    const int32_t top = s->type == BYTE || s->type == SIGNED_BYTE ? 255 : 65535;
+    if (is_signed && value > top / 2)
+        value -= top + 1;
+    if (!s->normalized)
+        return (float)value;
+    const int32_t unit = is_signed ? top / 2 : top;
+    return (float)(value < -unit ? -unit : value) / (float)unit;
+}
+
 static qn_status take_corner(reader *r, const span *places, const double matrix[3][4], int64_t n,
                              uint32_t *vertex_out) {
     if (n >= places->count)
         return damaged(r, "a triangle names a vertex that is not there; the file is damaged");
     float p[3], q[3];
     for (int k = 0; k < 3; ++k)
-        p[k] = qni_get_f32(places->at + n * places->stride + 4 * k);
+        p[k] = coordinate_at(places, places->at + n * places->stride + k * size_of(places->type));
     for (int k = 0; k < 3; ++k)
         q[k] = (float)(matrix[k][0] * (double)p[0] + matrix[k][1] * (double)p[1] +
                        matrix[k][2] * (double)p[2] + matrix[k][3]);
@@ -129,9 +161,8 @@ static qn_status read_triangles(reader *r, const span *places, const span *indic
     int64_t count = indices ? indices->count : places->count;
     int64_t triangles = mode == TRIANGLES ? count / 3 : count > 2 ? count - 2 : 0;
     bool turned = mirrors(matrix);
-    if (3 * triangles > r->corners_left)
+    if (!has_room(r, 3 * triangles))
         return damaged(r, "its instances come to more triangles than its size allows");
-    r->corners_left -= 3 * triangles;
     for (int64_t n = 0; n < triangles; ++n) {
         int64_t at[3];
         uint32_t corners[3];
@@ -156,12 +187,12 @@ static qn_status read_primitive(reader *r, const json_t *primitive, const double
     const json_t *attributes = json_object_get(primitive, "attributes");
     span places, numbers;
     QN_TRY(find_span(r, whole(attributes, "POSITION", -1), 3, &places));
-    if (places.type != FLOAT)
-        return damaged(r, "positions that are not floats (quantized meshes) are not supported");
+    if (places.type == INTEGER)
+        return damaged(r, "positions are floats, bytes or 16-bit numbers; the file is damaged");
     if (indices >= 0) {
         QN_TRY(find_span(r, indices, 1, &numbers));
-        if (numbers.type == FLOAT)
-            return damaged(r, "indices are no floats; the file is damaged");
+        if (numbers.type != BYTE && numbers.type != SHORT && numbers.type != INTEGER)
+            return damaged(r, "indices are whole numbers without a sign; the file is damaged");
     }
     int64_t material = whole(primitive, "material", -1);
     r->builder->owner = material >= 0 && material < INT32_MAX ? (int32_t)material + 1 : 0;
@@ -203,7 +234,7 @@ static qn_status read_mesh(reader *r, int64_t index, const double matrix[3][4]) 
     if (!mesh)
         return damaged(r, "a node names a mesh that is not there; the file is damaged");
     for (size_t n = 0; n < json_array_size(primitives); ++n) {
-        if (r->corners_left-- <= 0)
+        if (!has_room(r, 1))
             return damaged(r, "its instances come to more than its size allows");
         QN_TRY(read_primitive(r, json_array_get(primitives, n), matrix));
     }
@@ -216,7 +247,7 @@ static qn_status read_node(reader *r, int64_t index, const double above[3][4], i
         return damaged(r, "the scene names a node that is not there; the file is damaged");
     if (depth > DEEPEST)
         return damaged(r, "its nodes are nested too deeply, or in a circle");
-    if (r->corners_left-- <= 0)
+    if (!has_room(r, 1))
         return damaged(r, "its instances come to more than its size allows");
     double own[3][4], matrix[3][4];
     local_matrix(node, own);
@@ -263,10 +294,29 @@ static void take_names(reader *r) {
         memcpy(r->builder->unit, unit, strlen(unit) + 1);
 }
 
+/* What the file cannot be understood without. Materials, textures and lights do not matter here. */
+static qn_status check_extensions(const reader *r) {
+    static const char *const harmless[] = {"KHR_mesh_quantization", "KHR_materials_",
+                                           "KHR_texture_",          "EXT_texture_",
+                                           "KHR_lights_",           "KHR_xmp"};
+    const json_t *names = json_object_get(r->root, "extensionsRequired");
+    for (size_t n = 0; n < json_array_size(names); ++n) {
+        const char *name = json_string_value(json_array_get(names, n));
+        bool known = !name;
+        for (size_t i = 0; i < sizeof harmless / sizeof *harmless && !known; ++i)
+            known = strncmp(name, harmless[i], strlen(harmless[i])) == 0;
+        if (!known)
+            return qni_fail(r->error, QN_ERROR_INPUT,
+                            "cannot read '%.120s': it needs the glTF extension '%.40s', which is "
+                            "not supported; export it without (uncompressed)",
+                            r->content->path, name);
+    }
+    return QN_OK;
+}
+
 static qn_status find_chunks(reader *r, const char **json_out, int64_t *json_size_out) {
     const qni_content *content = r->content;
-    if (content->size < 20 || memcmp(content->bytes, "glTF", 4) != 0 ||
-        qni_get_u32(content->bytes + 4) != 2)
+    if (content->size < 20 || qni_get_u32(content->bytes + 4) != 2)
         return damaged(r, "it is no GLB file of version 2");
     *json_out = NULL;
     for (int64_t at = 12; content->size - at >= 8;) {
@@ -278,31 +328,55 @@ static qn_status find_chunks(reader *r, const char **json_out, int64_t *json_siz
         if (kind == JSON_CHUNK && !*json_out) {
             *json_out = content->bytes + at;
             *json_size_out = length;
-        } else if (kind == BIN_CHUNK && !r->bin) {
-            r->bin = content->bytes + at;
-            r->bin_size = length;
+        } else if (kind == BIN_CHUNK && !r->buffers.chunk) {
+            r->buffers.chunk = content->bytes + at;
+            r->buffers.chunk_size = length;
         }
         at += length;
     }
     return *json_out ? QN_OK : damaged(r, "it has no JSON chunk");
 }
 
-qn_status qni_read_glb(const qni_content *content, qni_builder *builder, qn_error *error) {
+/* The JSON: a chunk of a binary file, or the whole of a text. */
+static qn_status find_json(reader *r, const char **json_out, int64_t *json_size_out) {
+    const qni_content *content = r->content;
+    if (content->size >= 4 && memcmp(content->bytes, "glTF", 4) == 0)
+        return find_chunks(r, json_out, json_size_out);
+    const char *at = content->bytes, *end = at + content->size;
+    while (at < end && (*at == ' ' || *at == '\t' || *at == '\r' || *at == '\n'))
+        ++at;
+    if (at == end || *at != '{')
+        return damaged(r, "it is neither a GLB file of version 2 nor a glTF text");
+    *json_out = at;
+    *json_size_out = end - at;
+    return QN_OK;
+}
+
+static qn_status read_asset(reader *r) {
+    take_names(r);
+    QN_TRY(check_extensions(r));
+    QN_TRY(qni_gltf_buffers_start(&r->buffers, r->error));
+    const qn_status status = read_scene(r);
+    qni_gltf_buffers_free(&r->buffers);
+    return status;
+}
+
+qn_status qni_read_gltf(const qni_content *content, qni_builder *builder, qn_error *error) {
     reader r = {.content = content, .builder = builder, .error = error};
     r.weld.builder = builder;
-    r.corners_left = 1000000 + 16 * content->size;
     const char *text = NULL;
     int64_t size = 0;
-    QN_TRY(find_chunks(&r, &text, &size));
+    QN_TRY(find_json(&r, &text, &size));
     json_error_t at;
     json_t *root = json_loadb(text, (size_t)size, 0, &at);
     if (!json_is_object(root)) {
         json_decref(root);
-        return damaged(&r, "its JSON chunk is not JSON");
+        return damaged(&r, "its JSON is damaged");
     }
     r.root = root;
-    take_names(&r);
-    qn_status status = read_scene(&r);
+    r.buffers.asset = content;
+    r.buffers.list = json_object_get(root, "buffers");
+    qn_status status = read_asset(&r);
     qni_weld_free(&r.weld);
     json_decref(root);
     return status;
