@@ -100,3 +100,15 @@ const char *number_format_count(int64_t count, char text[NUMBER_TEXT_SIZE]) {
     text[out] = '\0';
     return text;
 }
+
+const char *number_format_duration(double seconds, char text[NUMBER_TEXT_SIZE]) {
+    if (seconds < 10)
+        snprintf(text, NUMBER_TEXT_SIZE, "%.2g s", seconds);
+    else if (seconds < 120)
+        snprintf(text, NUMBER_TEXT_SIZE, "%.0f s", seconds);
+    else if (seconds < 7200)
+        snprintf(text, NUMBER_TEXT_SIZE, "%.0f min", seconds / 60);
+    else
+        snprintf(text, NUMBER_TEXT_SIZE, "%.1f h", seconds / 3600);
+    return text;
+}

@@ -21,5 +21,7 @@ const char *number_format_real(double value, char text[NUMBER_TEXT_SIZE]);
 const char *number_format_bytes(int64_t bytes, char text[NUMBER_TEXT_SIZE]);
 /* With digit groups: "6,498,576". */
 const char *number_format_count(int64_t count, char text[NUMBER_TEXT_SIZE]);
+/* Two digits or so, in the unit a person would take: "0.25 s", "48 s", "12 min", "3.5 h". */
+const char *number_format_duration(double seconds, char text[NUMBER_TEXT_SIZE]);
 
 #endif

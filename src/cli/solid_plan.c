@@ -73,17 +73,17 @@ static int make_plan(solid_job *job, solid_plan *plan) {
 
 static void tell(const solid_job *job, const solid_plan *plan) {
     char triangles[NUMBER_TEXT_SIZE], vertices[NUMBER_TEXT_SIZE], mesh[NUMBER_TEXT_SIZE],
-        scratch[NUMBER_TEXT_SIZE], file[NUMBER_TEXT_SIZE];
+        scratch[NUMBER_TEXT_SIZE], file[NUMBER_TEXT_SIZE], time[NUMBER_TEXT_SIZE];
     const char *output = job->session->options->output;
-    cli_tell(job->session,
-             "dry run: depth %d: %s%s triangles, %s vertices, about %.2g s; memory: mesh %s, "
-             "scratch %s; %s: about %s; nothing written",
-             plan->depth, plan->exact ? "" : "about ",
-             number_format_count(plan->triangles, triangles),
-             number_format_count(plan->vertices, vertices), plan->seconds,
-             number_format_bytes(plan->mesh_bytes, mesh),
-             number_format_bytes(plan->scratch_bytes, scratch), output ? output : "as PLY",
-             number_format_bytes(plan->file_bytes, file));
+    cli_tell(
+        job->session,
+        "dry run: depth %d: %s%s triangles, %s vertices, about %s; memory: mesh %s, "
+        "scratch %s; %s: about %s; nothing written",
+        plan->depth, plan->exact ? "" : "about ", number_format_count(plan->triangles, triangles),
+        number_format_count(plan->vertices, vertices), number_format_duration(plan->seconds, time),
+        number_format_bytes(plan->mesh_bytes, mesh),
+        number_format_bytes(plan->scratch_bytes, scratch), output ? output : "as PLY",
+        number_format_bytes(plan->file_bytes, file));
 }
 
 static int write_report(const solid_job *job, const solid_plan *plan) {
