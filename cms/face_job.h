@@ -89,6 +89,17 @@ bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const q
  * False when it is not found. No bends when the surface only curves. */
 bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace);
+/* The same by following the tangents of its ends only; and from part to part of the face, cut at
+ * least so often (trace_parts.c). */
+bool qni_trace_within(const qni_face_job *job, const qni_face_point *enter,
+                      const qni_face_point *leave, qni_trace *trace);
+bool qni_trace_by_parts(const qni_face_job *job, const qni_face_point *enter,
+                        const qni_face_point *leave, int least_cuts, qni_trace *trace);
+/* A point of the face in space; the tangent of the trace where the surface has a normal: false when
+ * it lies in the face. */
+void qni_face_to_space(const qni_face_job *job, const double at[2], double point[3]);
+bool qni_face_set_line(const qni_face_job *job, const double at[3], const double normal[3],
+                       qni_face_line *line);
 bool qni_face_trace(const qni_face_job *job, const qni_face_point *enter,
                     const qni_face_point *leave, qni_trace *trace);
 

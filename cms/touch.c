@@ -14,10 +14,18 @@ static const float *place_of(const qni_face_job *job, const qni_face_solution *s
     return all[s->to].place;
 }
 
-/* Do two closed pieces touch? Collinear ones count as touching. */
+/* Are all of two pieces' coordinates on an axis apart? */
+static bool are_apart(const float *a, const float *b, const float *c, const float *d, int k) {
+    const float low = a[k] < b[k] ? a[k] : b[k], high = a[k] < b[k] ? b[k] : a[k];
+    return (c[k] < low && d[k] < low) || (c[k] > high && d[k] > high);
+}
+
+/* Do two closed pieces touch? Where all four ends are on one line their orders along it tell. */
 static bool pieces_touch(const qni_face_job *job, const float *a, const float *b, const float *c,
                          const float *d) {
     const int p = job->p, q = job->q;
+    if (are_apart(a, b, c, d, p) || are_apart(a, b, c, d, q))
+        return false;
     return qni_orient2d(a, b, c, p, q) * qni_orient2d(a, b, d, p, q) <= 0 &&
            qni_orient2d(c, d, a, p, q) * qni_orient2d(c, d, b, p, q) <= 0;
 }

@@ -29,14 +29,14 @@ static bool lines_meet(const qni_face_line *a, const qni_face_line *b, double ou
     return isfinite(out[0]) && isfinite(out[1]);
 }
 
-static void to_space(const qni_face_job *job, const double at[2], double point[3]) {
+void qni_face_to_space(const qni_face_job *job, const double at[2], double point[3]) {
     point[job->face->axis] = job->height;
     point[job->p] = at[0];
     point[job->q] = at[1];
 }
 
-static bool set_line(const qni_face_job *job, const double at[3], const double normal[3],
-                     qni_face_line *line) {
+bool qni_face_set_line(const qni_face_job *job, const double at[3], const double normal[3],
+                       qni_face_line *line) {
     const double length = hypot(normal[job->p], normal[job->q]);
     if (!(length > 1e-6))
         return false;
@@ -56,14 +56,14 @@ static bool approach(const qni_face_job *job, qni_face_line *line, const double 
         return true;
     for (int k = 0; k < 2; ++k)
         foot[k] = line->at[k] + 0.9 * (bend[k] - line->at[k]);
-    to_space(job, foot, point);
+    qni_face_to_space(job, foot, point);
     direction[job->p] = line->normal[0];
     direction[job->q] = line->normal[1];
     double from[3];
-    to_space(job, line->at, from);
+    qni_face_to_space(job, line->at, from);
     return qni_surface_along(job->solid, from, line->space_normal, point, direction, 0.3 * distance,
                              job->settings->crease_cosine, at, normal) &&
-           set_line(job, at, normal, line);
+           qni_face_set_line(job, at, normal, line);
 }
 
 static bool is_within(const qni_face_job *job, const double point[2], double slack) {
@@ -100,7 +100,7 @@ static bool sample_between(const qni_face_job *job, const qni_face_line *a, cons
     for (int n = 0; n < 2; ++n) {
         for (int k = 0; k < 2; ++k)
             ends[n][k] = middle[k] + (n ? reach[1] : -reach[0]) * out_of_solid[k];
-        to_space(job, ends[n], points[n]);
+        qni_face_to_space(job, ends[n], points[n]);
     }
     qni_crossing found[8];
     int32_t count = 0;
@@ -112,7 +112,7 @@ static bool sample_between(const qni_face_job *job, const qni_face_line *a, cons
         double at[3];
         for (int k = 0; k < 3; ++k)
             at[k] = points[0][k] + found[n].at * (points[1][k] - points[0][k]);
-        if (!found[n].enters && off < best && set_line(job, at, found[n].normal, out)) {
+        if (!found[n].enters && off < best && qni_face_set_line(job, at, found[n].normal, out)) {
             best = off;
             out->owner = found[n].owner;
         }
@@ -223,7 +223,7 @@ static bool probe(const qni_face_job *job, const double at[2], qni_face_line *li
                   double *distance) {
     const qn_solid *solid = job->solid;
     double point[3], value, gradient[3], length = 0;
-    to_space(job, at, point);
+    qni_face_to_space(job, at, point);
     if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
         solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient,
                               &line->owner) != QN_OK)
@@ -240,14 +240,14 @@ static bool probe(const qni_face_job *job, const double at[2], qni_face_line *li
     double foot[2] = {at[0] - value * gradient[job->p] * length / (in_face * in_face),
                       at[1] - value * gradient[job->q] * length / (in_face * in_face)};
     double direction[3] = {0, 0, 0}, near[3], normal[3];
-    to_space(job, foot, point);
-    if (!set_line(job, point, gradient, line))
+    qni_face_to_space(job, foot, point);
+    if (!qni_face_set_line(job, point, gradient, line))
         return false;
     direction[job->p] = line->normal[0];
     direction[job->q] = line->normal[1];
     const double moved = hypot(foot[0] - at[0], foot[1] - at[1]);
     if (moved > 0 && qni_surface_near(solid, point, direction, gradient, 0.3 * moved, near, normal))
-        set_line(job, near, normal, line);
+        qni_face_set_line(job, near, normal, line);
     return true;
 }
 
@@ -366,16 +366,16 @@ static bool trace_flat(const qni_face_job *job, const qni_face_point *enter,
     if (!lines_meet(&enter->line, &leave->line, trace->bends[0]) ||
         !is_within(job, trace->bends[0], 5e-5 * cell) || !runs_on(job, trace))
         return false;
-    to_space(job, trace->bends[0], bend);
-    to_space(job, enter->line.at, from[0]);
-    to_space(job, leave->line.at, from[1]);
+    qni_face_to_space(job, trace->bends[0], bend);
+    qni_face_to_space(job, enter->line.at, from[0]);
+    qni_face_to_space(job, leave->line.at, from[1]);
     trace->verified =
         qni_flat_pieces_meet(job->solid, bend, 2, (const double(*)[3])from, 1e-8 * cell);
     return trace->verified;
 }
 
-bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
-                    const qni_face_point *leave, qni_trace *trace) {
+bool qni_trace_within(const qni_face_job *job, const qni_face_point *enter,
+                      const qni_face_point *leave, qni_trace *trace) {
     double bend[2];
     qni_face_line unused;
     if (trace_flat(job, enter, leave, trace))
@@ -391,6 +391,15 @@ bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
         if (trace->verified)
             return true;
     }
+    trace->count = 0;
+    return false;
+}
+
+bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,
+                    const qni_face_point *leave, qni_trace *trace) {
+    if (qni_trace_within(job, enter, leave, trace) ||
+        qni_trace_by_parts(job, enter, leave, 0, trace))
+        return true;
     start_chain(enter, leave, trace);
     if (accept_roughly(job, trace))
         return true;
