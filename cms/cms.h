@@ -336,9 +336,10 @@ typedef struct qni_coarsening {
 } qni_coarsening;
 int qni_compare_vetoes(const void *a, const void *b);
 bool qni_cell_is_explained(void *user, const qni_cell *cell);
-/* Whether each crossing of a finest edge in the closed cell lies near a triangle of the patch that
- * faces its way. */
+/* Whether each crossing of a finest edge in the closed cell, or box of finest cells, lies near a
+ * triangle of the patch that faces its way. */
 bool qni_samples_are_explained(const qni_patch *patch);
+bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);
 
 /* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping
  * `rank` directions. */

@@ -41,13 +41,13 @@ static bool visit_layer(const qni_hermite_block *block, int word, uint64_t mask,
     return true;
 }
 
-static bool visit_block(const qni_hermite_block *block, const qni_cell *cell, sample_visit *visit,
-                        void *job) {
+static bool visit_block(const qni_hermite_block *block, const qni_cell_box *box,
+                        sample_visit *visit, void *job) {
     for (int axis = 0; axis < 3; ++axis) {
         int from[3], to[3];
         for (int k = 0; k < 3; ++k) {
-            const int32_t low = cell->low[k] - 8 * block->place[k],
-                          high = low + (1 << cell->level) - (k == axis);
+            const int32_t low = box->low[k] - 8 * block->place[k],
+                          high = low + box->size[k] - (k == axis);
             from[k] = low < 0 ? 0 : low;
             to[k] = high > 7 ? 7 : high;
         }
@@ -59,18 +59,30 @@ static bool visit_block(const qni_hermite_block *block, const qni_cell *cell, sa
     return true;
 }
 
-/* All crossings in the closed cell; false when the visitor says so. */
-static bool visit_samples(const qni_hermite *hermite, const qni_cell *cell, sample_visit *visit,
-                          void *job) {
-    const int32_t size = 1 << cell->level;
-    for (int32_t z = cell->low[2] >> 3; z <= (cell->low[2] + size) >> 3; ++z)
-        for (int32_t y = cell->low[1] >> 3; y <= (cell->low[1] + size) >> 3; ++y)
-            for (int32_t x = cell->low[0] >> 3; x <= (cell->low[0] + size) >> 3; ++x) {
+/* All crossings in a closed box of finest cells; false when the visitor says so. */
+static bool visit_box(const qni_hermite *hermite, const qni_cell_box *box, sample_visit *visit,
+                      void *job) {
+    int32_t first[3], last[3];
+    for (int k = 0; k < 3; ++k) {
+        first[k] = box->low[k] >> 3;
+        last[k] = (box->low[k] + box->size[k]) >> 3;
+    }
+    for (int32_t z = first[2]; z <= last[2]; ++z)
+        for (int32_t y = first[1]; y <= last[1]; ++y)
+            for (int32_t x = first[0]; x <= last[0]; ++x) {
                 const int64_t index = qni_hermite_find(hermite, x, y, z);
-                if (index >= 0 && !visit_block(&hermite->blocks[index], cell, visit, job))
+                if (index >= 0 && !visit_block(&hermite->blocks[index], box, visit, job))
                     return false;
             }
     return true;
+}
+
+static bool visit_samples(const qni_hermite *hermite, const qni_cell *cell, sample_visit *visit,
+                          void *job) {
+    const int32_t size = 1 << cell->level;
+    const qni_cell_box box = {
+        {cell->low[0], cell->low[1], cell->low[2]}, {size, size, size}, false};
+    return visit_box(hermite, &box, visit, job);
 }
 
 /* ---- geometry
@@ -174,14 +186,22 @@ static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {
     return !patch->loops[0].has_apex || is_on_surface(patch, patch->loops[0].apex, tolerance);
 }
 
-bool qni_samples_are_explained(const qni_patch *patch) {
+bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box) {
     double normals[64][3];
     distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
     if (patch->triangle_count > 64)
         return false;
     for (int64_t t = 0; t < patch->triangle_count; ++t)
         unit_normal(patch, patch->triangles[t], normals[t]);
-    return visit_samples(patch->hermite, &patch->cell, sample_is_near, &job);
+    return visit_box(patch->hermite, box, sample_is_near, &job);
+}
+
+bool qni_samples_are_explained(const qni_patch *patch) {
+    const qni_cell *cell = &patch->cell;
+    const int32_t size = 1 << cell->level;
+    const qni_cell_box box = {
+        {cell->low[0], cell->low[1], cell->low[2]}, {size, size, size}, false};
+    return qni_box_is_explained(patch, &box);
 }
 
 /* The two sides of an edge of the solid, when that passes by just outside; a corner has three. */

@@ -5,8 +5,8 @@
  * both its cells come out badly. The box of the two cells has a loop on its outer walls that knows
  * nothing of the wall between, and a fan from any point in it is an embedded disc as in a cell. So
  * boxes of 2, 4 or 8 finest cells are tried round a cell that came out badly, and the first is
- * taken that comes out better than its cells and has the same topology (departure from [CMS05],
- * which leaves such corners out). */
+ * taken that comes out better than its cells, has the same topology, and whose triangles explain
+ * the crossings that it gives up (departure from [CMS05], which leaves such corners out). */
 #include "cms/stages.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -199,7 +199,8 @@ static qn_status judge_box(const unite_job *job, surroundings *around, const qni
         return QN_OK;
     QN_TRY(qni_fill_patch(patch, &tally));
     const int64_t bad = bad_of(patch);
-    if (bad < apart.bad && (patch->split || !qni_patch_loops_meet(patch))) {
+    if (bad < apart.bad && qni_box_is_explained(patch, box) &&
+        (patch->split || !qni_patch_loops_meet(patch))) {
         *gain = apart.bad - bad;
         *perfect = bad == 0;
     }
