@@ -437,6 +437,15 @@ static qn_status cut_at_bounds(const qni_hermite *hermite, qn_solid **cut_out, q
     return status;
 }
 
+/* Is all of a solid within the bounds, and known to be? */
+static bool lies_within(const qn_solid *solid, const qni_box *bounds) {
+    bool within = solid->ends_in_box;
+    for (int k = 0; k < 3; ++k)
+        within = within && solid->box.low[k] >= bounds->low[k] &&
+                 solid->box.high[k] <= bounds->high[k];
+    return within;
+}
+
 static qn_status surface_of_crossings(qni_hermite *hermite, const qni_cms_settings *settings,
                                       const qn_solid_surface_options *options, qn_mesh **mesh_out,
                                       qn_solid_surface_report *report, qn_error *error) {
@@ -445,7 +454,8 @@ static qn_status surface_of_crossings(qni_hermite *hermite, const qni_cms_settin
                         "more than 2^30 crossings: take a smaller depth");
     const qn_solid *whole = hermite->solid;
     qn_solid *cut = NULL;
-    if (!options->open && !settings->scalar) /* volumes close by themselves */
+    /* Volumes close by themselves. */
+    if (!options->open && !settings->scalar && !lies_within(whole, &hermite->lattice.bounds))
         QN_TRY(cut_at_bounds(hermite, &cut, error));
     hermite->solid = cut ? cut : whole;
     const qn_status status =

@@ -13,6 +13,8 @@
 #include <string.h>
 
 enum { MOST_CLUSTERS = 4, NEWTON_STEPS = 3 };
+/* In cells: floats cannot tell what is nearer. */
+static const double near_enough = 1e-9;
 
 static double dot3(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -111,7 +113,7 @@ static qn_status move_onto_surface(const qni_patch *patch, double point[3]) {
     for (int step = 0; step <= NEWTON_STEPS; ++step) {
         QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])at, &value));
         first = step == 0 ? fabs(value) : first;
-        if (step == NEWTON_STEPS || value == 0)
+        if (step == NEWTON_STEPS || fabs(value) <= near_enough * patch->size)
             break;
         double gradient[3];
         QN_TRY(

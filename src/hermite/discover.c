@@ -75,6 +75,12 @@ static qn_status may_hold_surface(const qni_hermite *hermite, const qn_solid *so
                                   const qni_box *box, int32_t size, bool *may) {
     const qni_lattice *lattice = &hermite->lattice;
     double range[2];
+    bool changes;
+    if (solid->ops->changes && solid->ops->changes(solid, box, &changes) &&
+        (changes || !crosses_bounds(lattice, box))) {
+        *may = changes;
+        return QN_OK;
+    }
     QN_TRY(solid->ops->bounds(solid, box, range));
     *may = false;
     if (range[0] > 0)
@@ -103,8 +109,9 @@ static qn_status descend(qni_hermite *hermite, const qn_solid *solid, const int3
         return QN_OK;
     if (size == QNI_BLOCK)
         return push_place(hermite->context, list, low) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
-    qn_solid *inner;
-    QN_TRY(solid->ops->restrict_to(solid, &box, &inner));
+    qn_solid *inner = solid->direct ? qni_solid_retain(solid) : NULL;
+    if (!inner)
+        QN_TRY(solid->ops->restrict_to(solid, &box, &inner));
     qn_status status = QN_OK;
     for (int child = 0; child < 8 && status == QN_OK; ++child) {
         int32_t corner[3];

@@ -20,6 +20,7 @@ typedef struct edge_job {
     int32_t found_count, found_capacity;
     uint16_t starts[QNI_BLOCK_EDGES + 1];
     uint64_t asked, undecided; /* 2^3 cells each: 16 z + 4 y + x */
+    const qni_block_scan *scan;      /* knows all; NULL where the solid is asked point by point */
     bool has_slopes;           /* f is continuous in the block, and its slopes are known */
     double slopes[3][2];
     double values[QNI_BLOCK_CORNERS];
@@ -97,7 +98,10 @@ static qn_status sample_signs(edge_job *job) {
         points[n][1] = job->planes[1][n / 9 % 9];
         points[n][2] = job->planes[2][n / 81];
     }
-    QN_TRY(values_of_block(job, (const double(*)[3])points));
+    for (int n = 0; n < QNI_BLOCK_CORNERS && job->scan; ++n)
+        values[n] = job->scan->inside[n] ? -1 : 1;
+    if (!job->scan)
+        QN_TRY(values_of_block(job, (const double(*)[3])points));
     job->sampling->evaluations += QNI_BLOCK_CORNERS;
     const bool all_within = lies_within(job);
     job->block->straddles = !all_within;
@@ -306,9 +310,16 @@ static qn_status edge_is_undecided(edge_job *job, const int at[3], const double 
 
 /* All crossings of an edge; where f is known to rise or fall all the way, and its crossings are
  * found by values, what is known of it is not asked again. */
-static qn_status find_crossings(edge_job *job, int axis, int corner, int stride, const double a[3],
+static qn_status find_crossings(edge_job *job, int edge, int corner, int stride, const double a[3],
                                 const double b[3], qni_crossing *list, int32_t *count) {
     const qn_solid *solid = job->solid;
+    const int axis = edge >> 9;
+    if (job->scan) {
+        const int32_t first = job->scan->starts[edge];
+        *count = job->scan->starts[edge + 1] - first;
+        memcpy(list, job->scan->crossings + first, sizeof *list * (size_t)*count);
+        return QN_OK;
+    }
     const double ends[2] = {job->values[corner], job->values[corner + stride]};
     const bool monotone = job->has_slopes && (job->slopes[axis][0] > 0 || job->slopes[axis][1] < 0);
     if (monotone && solid->ops->slope && solid->ops->crossings == qni_find_crossings &&
@@ -334,14 +345,14 @@ static qn_status one_edge(edge_job *job, int edge) {
     b[axis] = job->planes[axis][at[axis] + 1];
     if (b[axis] < bounds->low[axis] || a[axis] > bounds->high[axis])
         return QN_OK;
-    bool ask = start != end;
-    if (!ask)
+    bool ask = start != end || (job->scan && qni_bit(job->scan->crossed, edge));
+    if (!ask && !job->scan)
         QN_TRY(edge_is_undecided(job, at, a, b, &ask));
     if (!ask)
         return QN_OK;
     qni_crossing list[QNI_EDGE_CAPACITY + 4];
     int32_t count = 0;
-    QN_TRY(find_crossings(job, axis, corner, stride, a, b, list, &count));
+    QN_TRY(find_crossings(job, edge, corner, stride, a, b, list, &count));
     count = count > QNI_EDGE_CAPACITY ? QNI_EDGE_CAPACITY : count;
     if (a[axis] < bounds->low[axis] || b[axis] > bounds->high[axis])
         QN_TRY(clip(job, axis, a, b, list, &count));
@@ -387,11 +398,36 @@ static void choose_edges(const edge_job *job, int axis, uint64_t wanted[8]) {
     }
 }
 
+/* A row of nine signs along x. */
+static unsigned row_of_signs(const qni_hermite_block *block, int y, int z) {
+    const int first = 81 * z + 9 * y, shift = first & 63;
+    uint64_t bits = block->inside[first >> 6] >> shift;
+    if (shift > 64 - 9)
+        bits |= block->inside[(first >> 6) + 1] << (64 - shift);
+    return (unsigned)bits & 0x1ff;
+}
+
+/* The edges of one axis with differing ends, or with crossings by the scan. */
+static void choose_scanned_edges(const edge_job *job, int axis, uint64_t wanted[8]) {
+    for (int z = 0; z < 8; ++z) {
+        wanted[z] = job->scan->crossed[8 * axis + z];
+        for (int y = 0; y < 8; ++y) {
+            const unsigned row = row_of_signs(job->block, y, z),
+                           next = axis == 0 ? row >> 1
+                                            : row_of_signs(job->block, y + (axis == 1),
+                                                           z + (axis == 2));
+            wanted[z] |= (uint64_t)((row ^ next) & 0xff) << 8 * y;
+        }
+    }
+}
+
 static qn_status sample(edge_job *job) {
     QN_TRY(sample_signs(job));
     for (int axis = 0; axis < 3; ++axis) {
         uint64_t wanted[8] = {0};
-        if (job->has_slopes)
+        if (job->scan)
+            choose_scanned_edges(job, axis, wanted);
+        else if (job->has_slopes)
             choose_edges(job, axis, wanted);
         else
             memset(wanted, 0xff, sizeof wanted);
@@ -400,6 +436,21 @@ static qn_status sample(edge_job *job) {
                 QN_TRY(one_edge(job, 512 * axis + 64 * word + __builtin_ctzll(bits)));
     }
     return store(job);
+}
+
+static qn_status scan_and_sample(edge_job *job) {
+    qni_block_scan scan;
+    bool known = false;
+    if (!job->solid->ops->scan)
+        return sample(job);
+    qn_status status = job->solid->ops->scan(job->solid, (const double(*)[9])job->planes,
+                                             QNI_EDGE_CAPACITY, &scan, &known);
+    job->scan = known ? &scan : NULL;
+    if (status == QN_OK)
+        status = sample(job);
+    qni_free(job->sampling->hermite->context, scan.crossings, scan.capacity,
+             sizeof *scan.crossings);
+    return status;
 }
 
 qn_status qni_sample_block(qni_sampling *sampling, qni_hermite_block *block) {
@@ -417,7 +468,7 @@ qn_status qni_sample_block(qni_sampling *sampling, qni_hermite_block *block) {
     if (!job.solid)
         return QN_ERROR_OUT_OF_MEMORY;
     job.has_slopes = job.solid->ops->slopes && job.solid->ops->slopes(job.solid, &box, job.slopes);
-    const qn_status status = sample(&job);
+    const qn_status status = scan_and_sample(&job);
     qni_free(hermite->context, job.found, job.found_capacity, sizeof *job.found);
     return status;
 }

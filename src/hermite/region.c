@@ -14,7 +14,7 @@ void qni_region_start(qni_region *region, const qn_solid *whole, const qni_latti
     region->lattice = lattice;
     region->wide = wide;
     region->top = BLOCK_LEVEL;
-    for (int k = 0; k < 3; ++k)
+    for (int k = 0; k < 3 && !whole->direct; ++k)
         while (region->top + 1 < QNI_REGION_LEVELS && lattice->cells[k] > 1 << region->top)
             ++region->top;
 }

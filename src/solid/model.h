@@ -11,6 +11,7 @@
 
 #include "solid/cap_field.h"
 #include "solid/chain.h"
+#include "solid/model_near.h"
 
 typedef struct qni_model {
     qn_context *context;
@@ -24,15 +25,6 @@ typedef struct qni_model {
     int64_t hole_crossings; /* found where no panel is; changed with atomic operations */
 } qni_model;
 
-/* A panel near a local solid. */
-typedef struct qni_near_panel {
-    float low[3], high[3];
-    int32_t panel;
-    bool cap;
-} qni_near_panel;
-
-enum { QNI_NEAR_PANELS = 256 };
-
 typedef struct qni_meshed {
     qn_solid base;
     qni_model *model;
@@ -40,12 +32,18 @@ typedef struct qni_meshed {
     qni_box within;
     bool smooth; /* caps can matter */
     bool listed; /* `near` has all panels that meet the box */
-    qni_near_panel *near;
-    int32_t near_count;
+    qni_near_list near;
     double origin[3]; /* a corner of the box, and the whole winding number there */
     int64_t origin_winding;
     int32_t guess; /* the panel that was nearest last; read and written with atomic operations */
 } qni_meshed;
+
+/* The panel at a place of the list. */
+static inline const qni_panel *qni_meshed_near_panel(const qni_meshed *solid, int32_t place) {
+    const int32_t number = solid->near.numbers[place];
+    return number < 0 ? &solid->model->caps.panels[~number]
+                      : &solid->model->surface.panels[number];
+}
 
 /* A place whose whole winding number is known. */
 typedef struct qni_winding_at {
@@ -77,6 +75,7 @@ int64_t qni_model_winding(const qni_model *model, const double p[3]);
 int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3], qni_winding_at *known);
 /* All panels on the segment, by place; false: no memory. */
 bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[3], qni_hits *hits);
+void qni_hits_sort(qni_hits *hits);
 void qni_hits_free(qni_hits *hits);
 bool qni_meshed_holds(const qni_meshed *solid, const double p[3]);
 /* Whether caps matter at p; the angle is then asked for. */
@@ -100,5 +99,13 @@ static inline bool qni_whole_is_inside(const qni_model *model, int64_t winding) 
 /* ---- model_crossings.c */
 qn_status qni_meshed_crossings(const qn_solid *solid, const double a[3], const double b[3],
                                int32_t capacity, qni_crossing *crossings, int32_t *count_out);
+/* The same from the hits on a segment that no cap is near, sorted, and the winding number at a. */
+int32_t qni_meshed_sweep(const qni_meshed *solid, const double a[3], const double b[3],
+                         const qni_hits *hits, int64_t winding, int32_t capacity,
+                         qni_crossing *crossings);
+
+/* ---- model_scan.c */
+qn_status qni_meshed_scan(const qn_solid *solid, const double planes[3][9], int32_t most,
+                          qni_block_scan *scan, bool *known_out);
 
 #endif

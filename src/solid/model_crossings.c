@@ -180,6 +180,20 @@ static bool sign_at(const qni_meshed *solid, const double p[3], int64_t winding,
     return qni_model_excess(solid->model, winding, p, NULL) >= 0;
 }
 
+int32_t qni_meshed_sweep(const qni_meshed *solid, const double a[3], const double b[3],
+                         const qni_hits *hits, int64_t winding, int32_t capacity,
+                         qni_crossing *crossings) {
+    sweep way = {.solid = solid,
+                 .a = a,
+                 .b = b,
+                 .inside = qni_whole_is_inside(solid->model, winding),
+                 .winding = winding,
+                 .crossings = crossings,
+                 .capacity = capacity};
+    walk(&way, hits, sameness(solid, a, b), false);
+    return way.count;
+}
+
 qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const double b[3],
                                int32_t capacity, qni_crossing *crossings, int32_t *count_out) {
     const qni_meshed *solid = (const qni_meshed *)base;

@@ -7,7 +7,7 @@
 
 static void destroy(qn_solid *solid) {
     qni_meshed *meshed = (qni_meshed *)solid;
-    qni_free(solid->context, meshed->near, meshed->near_count, sizeof *meshed->near);
+    qni_near_free(solid->context, &meshed->near);
     qni_model_release(meshed->model);
     qni_solid_free(solid, sizeof *meshed);
 }
@@ -30,13 +30,34 @@ typedef struct answer {
     double slope[3];
 } answer;
 
+/* How far a point lies within the box of a local solid, less what rounding may hide. */
+static double depth_within(const qni_meshed *solid, const double p[3]) {
+    double least = QNI_INFINITY;
+    for (int k = 0; k < 3; ++k)
+        least = fmin(least, fmin(p[k] - solid->within.low[k], solid->within.high[k] - p[k]));
+    return least - 1e-9 * solid->model->size;
+}
+
+/* The nearest panel: that of the list, when none beyond the box can be nearer. */
+static int32_t nearest_panel(const qni_meshed *solid, const double p[3], int32_t guess,
+                             double *square, double nearest[3]) {
+    const qni_panel_tree *surface = &solid->model->surface;
+    if (solid->listed && solid->near.surface_count > 0) {
+        guess = qni_near_nearest(&solid->near, surface, solid->model->size, p, guess, square,
+                                 nearest);
+        if (sqrt(*square) < depth_within(solid, p))
+            return guess;
+    }
+    return qni_panel_tree_nearest(surface, p, guess, square, nearest);
+}
+
 static void ask(const qni_meshed *solid, const double p[3], qni_winding_at *known, answer *out) {
     const qni_model *model = solid->model;
     int64_t winding = qni_meshed_winding(solid, p, known);
     double square;
     int32_t *guess = (int32_t *)&solid->guess; /* a memory that changes no answer */
-    out->panel = qni_panel_tree_nearest(
-        &model->surface, p, __atomic_load_n(guess, __ATOMIC_RELAXED), &square, out->nearest);
+    out->panel = nearest_panel(solid, p, __atomic_load_n(guess, __ATOMIC_RELAXED), &square,
+                               out->nearest);
     __atomic_store_n(guess, out->panel, __ATOMIC_RELAXED);
     out->distance = sqrt(square);
     out->over_hole = false;
@@ -199,109 +220,74 @@ static qn_status meshed_bounds(const qn_solid *solid, const qni_box *box, double
     return qni_model_status(meshed->model);
 }
 
-/* Can a panel meet a box? Its box does, and its plane. */
-static bool near_panel_meets(const qni_meshed *solid, const qni_near_panel *near,
-                             const qni_box *box) {
-    for (int k = 0; k < 3; ++k)
-        if ((double)near->low[k] > box->high[k] || (double)near->high[k] < box->low[k])
-            return false;
-    const qni_panel_tree *tree = near->cap ? &solid->model->caps : &solid->model->surface;
-    const qni_panel *panel = &tree->panels[near->panel];
+/* Can a panel whose box meets a box do so? Its plane must, too. */
+static bool plane_meets(const qni_panel *panel, const qni_box *box) {
     double normal[3], height = 0, reach = 0, size = 0;
     qni_panel_normal(panel, normal);
     for (int k = 0; k < 3; ++k) {
         const double middle = 0.5 * (box->low[k] + box->high[k]), at = (double)panel->at[0][k];
         height += normal[k] * (middle - at);
         reach += fabs(normal[k]) * 0.5 * (box->high[k] - box->low[k]);
-        size += fabs(middle) + fabs(at) + fabs((double)near->low[k]) + fabs((double)near->high[k]);
+        size += fabs(middle) + fabs(at);
+        for (int i = 1; i < 3; ++i)
+            size += fabs((double)panel->at[i][k]);
     }
     return fabs(height) <= reach + 1e-9 * size; /* the plane of a sliver is not known any better */
+}
+
+typedef struct plane_job {
+    const qni_panel_tree *tree;
+    const qni_box *box;
+} plane_job;
+
+static bool misses(void *user, int32_t panel) {
+    const plane_job *job = user;
+    return !plane_meets(&job->tree->panels[panel], job->box);
 }
 
 /* Far from holes the sign changes at panels only. */
 static bool meshed_changes(const qn_solid *solid, const qni_box *box, bool *may_out) {
     const qni_meshed *meshed = (const qni_meshed *)solid;
+    if (!meshed->listed && meshed->model->caps.count == 0) {
+        plane_job job = {&meshed->model->surface, box};
+        *may_out = !qni_panel_tree_visit(job.tree, box, misses, &job);
+        return true;
+    }
     if (!meshed->listed || meshed->smooth || !qni_meshed_holds(meshed, box->low) ||
         !qni_meshed_holds(meshed, box->high))
         return false;
+    int32_t chosen[QNI_MOST_NEAR];
+    const int32_t count = qni_near_meeting(&meshed->near, box, chosen);
     *may_out = false;
-    for (int32_t n = 0; n < meshed->near_count && !*may_out; ++n)
-        *may_out = near_panel_meets(meshed, &meshed->near[n], box);
+    for (int32_t n = 0; n < count && !*may_out; ++n)
+        *may_out = plane_meets(qni_meshed_near_panel(meshed, chosen[n]), box);
     return true;
 }
 
 static qn_solid *new_node(qni_model *model);
 
-typedef struct gather {
-    const qni_panel_tree *tree;
-    qni_meshed *into;
-    bool cap;
-} gather;
-
-static bool gather_one(void *user, int32_t index) {
-    gather *job = user;
-    if (job->into->near_count == QNI_NEAR_PANELS)
-        return false;
-    qni_near_panel *near = &job->into->near[job->into->near_count++];
-    const qni_panel *panel = &job->tree->panels[index];
-    near->panel = index;
-    near->cap = job->cap;
-    for (int k = 0; k < 3; ++k) {
-        float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-        near->low[k] = fminf(x, fminf(y, z));
-        near->high[k] = fmaxf(x, fmaxf(y, z));
-    }
-    return true;
-}
-
-/* Those of a solid of a larger box that meet this one. */
-static void choose_panels(const qni_meshed *from, const qni_box *box, qni_meshed *into) {
-    for (int32_t n = 0; n < from->near_count; ++n) {
-        const qni_near_panel *near = &from->near[n];
-        bool meets = true;
-        for (int k = 0; k < 3; ++k)
-            meets = meets && (double)near->low[k] <= box->high[k] &&
-                    (double)near->high[k] >= box->low[k];
-        if (meets)
-            into->near[into->near_count++] = *near;
-    }
-}
-
 /* The panels that meet the box, when they are few. */
 static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *into) {
     qn_context *context = from->base.context;
-    qni_near_panel room[QNI_NEAR_PANELS];
-    into->near = room;
-    bool few = true;
-    if (from->listed && qni_meshed_holds(from, box->low) && qni_meshed_holds(from, box->high)) {
-        choose_panels(from, box, into);
-    } else {
-        gather job = {&from->model->surface, into, false};
-        few = qni_panel_tree_visit(job.tree, box, gather_one, &job);
-        job.tree = &from->model->caps;
-        job.cap = true;
-        few = few && qni_panel_tree_visit(job.tree, box, gather_one, &job);
-    }
-    into->near = NULL;
-    into->listed = few;
-    if (!few)
-        into->near_count = 0;
-    qni_near_panel *near = qni_alloc(context, into->near_count, sizeof *near);
-    if (!near) {
-        into->near_count = 0;
-        return false;
-    }
-    if (into->near_count)
-        memcpy(near, room, sizeof *near * (size_t)into->near_count);
-    into->near = near;
-    return true;
+    into->listed = true;
+    if (from->listed && qni_meshed_holds(from, box->low) && qni_meshed_holds(from, box->high))
+        return qni_near_from_larger(context, &from->near, box, &into->near);
+    return qni_near_from_trees(context, &from->model->surface, &from->model->caps, box,
+                               &into->near, &into->listed);
+}
+
+/* Would a smaller solid know anything more? */
+static bool is_worth_restricting(const qni_meshed *solid, const qni_box *box) {
+    if (solid->listed || solid->model->caps.count)
+        return true;
+    return !qni_panel_tree_has_more(&solid->model->surface, box, QNI_MOST_NEAR);
 }
 
 static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     const qni_meshed *meshed = (const qni_meshed *)solid;
     double centre[3], half = half_diagonal(box, centre);
     *solid_out = NULL;
-    if (!usable(centre) || !isfinite(half))
+    if (!usable(centre) || !isfinite(half) || !is_worth_restricting(meshed, box))
         return qni_restrict_to_itself(solid, box, solid_out);
     __atomic_add_fetch(&meshed->model->references, 1, __ATOMIC_RELAXED);
     qni_meshed *local = (qni_meshed *)new_node(meshed->model);
@@ -334,6 +320,7 @@ static const qni_solid_ops meshed_ops = {
     .restrict_to = meshed_restrict,
     .inside = meshed_inside,
     .changes = meshed_changes,
+    .scan = qni_meshed_scan,
 };
 
 static qn_solid *new_node(qni_model *model) {
@@ -344,6 +331,7 @@ static qn_solid *new_node(qni_model *model) {
     }
     solid->model = model;
     solid->base.box = model->box;
+    solid->base.ends_in_box = solid->base.direct = model->caps.count == 0;
     return &solid->base;
 }
 

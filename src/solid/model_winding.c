@@ -75,26 +75,16 @@ bool qni_meshed_is_smooth(const qni_meshed *solid, const double p[3]) {
     return qni_meshed_holds(solid, p) ? solid->smooth : solid->model->caps.count > 0;
 }
 
-static const qni_panel *panel_of(const qni_model *model, const qni_near_panel *near) {
-    return near->cap ? &model->caps.panels[near->panel] : &model->surface.panels[near->panel];
-}
-
-static bool near_meets(const qni_near_panel *near, const qni_box *box) {
-    for (int k = 0; k < 3; ++k)
-        if ((double)near->low[k] > box->high[k] || (double)near->high[k] < box->low[k])
-            return false;
-    return true;
-}
-
 static int64_t near_change(const qni_meshed *solid, const double a[3], const double b[3]) {
     int axis = qni_segment_axis(a, b);
     int64_t sum = 0;
     if (axis == 3)
         return 0;
-    qni_box box = qni_segment_box(a, b);
-    for (int32_t n = 0; n < solid->near_count; ++n)
-        if (near_meets(&solid->near[n], &box))
-            sum += across(panel_of(solid->model, &solid->near[n]), a, b, axis);
+    const qni_box box = qni_segment_box(a, b);
+    int32_t chosen[QNI_MOST_NEAR];
+    const int32_t count = qni_near_meeting(&solid->near, &box, chosen);
+    for (int32_t n = 0; n < count; ++n)
+        sum += across(qni_meshed_near_panel(solid, chosen[n]), a, b, axis);
     return sum;
 }
 
@@ -164,7 +154,7 @@ static int compare_hits(const void *a, const void *b) {
     return p->panel->number < q->panel->number ? -1 : p->panel->number > q->panel->number;
 }
 
-static void sort_hits(qni_hits *hits) {
+void qni_hits_sort(qni_hits *hits) {
     if (hits->count > 16) {
         qsort(hits->items, (size_t)hits->count, sizeof *hits->items, compare_hits);
         return;
@@ -184,10 +174,11 @@ void qni_hits_free(qni_hits *hits) {
 }
 
 static bool near_hits(const qni_meshed *solid, const hit_job *job, const qni_box *box) {
-    for (int32_t n = 0; n < solid->near_count; ++n)
-        if (near_meets(&solid->near[n], box) &&
-            !add_hit(job->hits, panel_of(solid->model, &solid->near[n]), job->a, job->b, job->axis,
-                     solid->near[n].cap))
+    int32_t chosen[QNI_MOST_NEAR];
+    const int32_t count = qni_near_meeting(&solid->near, box, chosen);
+    for (int32_t n = 0; n < count; ++n)
+        if (!add_hit(job->hits, qni_meshed_near_panel(solid, chosen[n]), job->a, job->b, job->axis,
+                     chosen[n] >= solid->near.surface_count))
             return false;
     return true;
 }
@@ -218,6 +209,6 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
         job.cap = true;
         good = good && qni_panel_tree_visit(job.tree, &box, hit_one, &job);
     }
-    sort_hits(hits);
+    qni_hits_sort(hits);
     return good;
 }

@@ -54,6 +54,9 @@ int qni_panel_side(const qni_panel *panel, const double p[3]);
 int qni_panel_across(const qni_panel *panel, const double a[3], const double b[3]);
 /* The same for segments along one axis, in which alone a and b differ. */
 int qni_panel_across_axis(const qni_panel *panel, const double a[3], const double b[3], int axis);
+/* Does the line through q along the axis pass through the panel? Where it does, its points before
+ * and behind have sides 1 and -1, or -1 and 1. */
+bool qni_panel_is_on_line(const qni_panel *panel, const double q[3], int axis);
 /* The axis in which alone a and b differ; -1 when there are more, 3 when they are equal. */
 int qni_segment_axis(const double a[3], const double b[3]);
 
@@ -82,6 +85,8 @@ bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_pan
 typedef bool qni_panel_visit(void *user, int32_t panel);
 bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
                           void *user);
+/* Whether more than so many panels meet the box, about: leaves count as a whole. */
+bool qni_panel_tree_has_more(const qni_panel_tree *tree, const qni_box *box, int32_t most);
 /* The panel nearest to p, of equally near ones that of the lowest number; -1 when there is none. A
  * guess (or -1) that is near saves most of the search and changes nothing else. */
 int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], int32_t guess,

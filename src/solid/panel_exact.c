@@ -46,6 +46,21 @@ static bool spans(const qni_panel *panel, int k, double low, double high) {
     return (double)least <= high && (double)most >= low;
 }
 
+/* Within the panel as seen along the axis of which u and v are the next ones? */
+static bool turns_round(const double (*corner)[3], const double q[3], int u, int v) {
+    const int first = side_of_edge(corner[0], corner[1], q, u, v);
+    if (first == 0 || side_of_edge(corner[1], corner[2], q, u, v) != first ||
+        side_of_edge(corner[2], corner[0], q, u, v) != first)
+        return false;
+    return true;
+}
+
+bool qni_panel_is_on_line(const qni_panel *panel, const double q[3], int axis) {
+    double corner[3][3];
+    corners_of(panel, corner);
+    return turns_round((const double(*)[3])corner, q, (axis + 1) % 3, (axis + 2) % 3);
+}
+
 int qni_panel_across_axis(const qni_panel *panel, const double a[3], const double b[3], int axis) {
     int u = (axis + 1) % 3, v = (axis + 2) % 3;
     double low = a[axis] < b[axis] ? a[axis] : b[axis],
@@ -55,9 +70,7 @@ int qni_panel_across_axis(const qni_panel *panel, const double a[3], const doubl
         return 0;
     double corner[3][3];
     corners_of(panel, corner);
-    int first = side_of_edge(corner[0], corner[1], a, u, v);
-    if (first == 0 || side_of_edge(corner[1], corner[2], a, u, v) != first ||
-        side_of_edge(corner[2], corner[0], a, u, v) != first)
+    if (!turns_round((const double(*)[3])corner, a, u, v))
         return 0;
     return (side_of_plane((const double(*)[3])corner, a) -
             side_of_plane((const double(*)[3])corner, b)) /

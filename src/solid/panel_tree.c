@@ -206,6 +206,32 @@ bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_pa
     return true;
 }
 
+static bool lies_within(const qni_panel_node *node, const qni_box *box) {
+    for (int k = 0; k < 3; ++k)
+        if ((double)node->low[k] < box->low[k] || (double)node->high[k] > box->high[k])
+            return false;
+    return true;
+}
+
+bool qni_panel_tree_has_more(const qni_panel_tree *tree, const qni_box *box, int32_t most) {
+    int32_t stack[MOST_LEVELS], height = 0, count = 0;
+    if (tree->count)
+        stack[height++] = 0;
+    while (height && count <= most) {
+        const int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        if (!meets(node, box))
+            continue;
+        if (!node->second || lies_within(node, box)) {
+            count += node->count;
+            continue;
+        }
+        stack[height++] = node->second;
+        stack[height++] = index + 1;
+    }
+    return count > most;
+}
+
 static double square_to_node(const qni_panel_node *node, const double p[3]) {
     double square = 0;
     for (int k = 0; k < 3; ++k) {

@@ -18,6 +18,18 @@ typedef struct qni_crossing {
     bool enters; /* going from a to b one comes into the solid here */
 } qni_crossing;
 
+/* All that a block of lattice cells can ask: signs at its points and crossings of its edges. */
+enum { QNI_SCAN_CELLS = 8, QNI_SCAN_POINTS = 9 * 9 * 9, QNI_SCAN_EDGES = 3 * 512 };
+
+typedef struct qni_block_scan {
+    bool inside[QNI_SCAN_POINTS]; /* 81 z + 9 y + x */
+    uint64_t crossed[QNI_SCAN_EDGES / 64]; /* edges with crossings, by their lower ends: 512 axis +
+                                              64 z + 8 y + x */
+    int32_t starts[QNI_SCAN_EDGES + 1];    /* of each edge's crossings, as `crossings` gives them */
+    qni_crossing *crossings;
+    int64_t count, capacity; /* to be freed */
+} qni_block_scan;
+
 /* Each kind of solid gives these; all are thread-safe, and all results are pure functions of the
  * arguments. */
 typedef struct qni_solid_ops {
@@ -53,6 +65,11 @@ typedef struct qni_solid_ops {
     /* Whether f may change sign in the box, where that is known for less than bounds cost; false
      * when it is not. May be NULL. */
     bool (*changes)(const qn_solid *solid, const qni_box *box, bool *may_out);
+    /* What points and edges between nine planes of each axis would answer one by one, where that is
+     * known for less; *known_out is false where it is not. At most `most` crossings an edge. May be
+     * NULL. */
+    qn_status (*scan)(const qn_solid *solid, const double planes[3][9], int32_t most,
+                      qni_block_scan *scan, bool *known_out);
 } qni_solid_ops;
 
 struct qn_solid {
@@ -64,6 +81,8 @@ struct qn_solid {
     int32_t depth;  /* levels of the tree below and with this one */
     int32_t weight; /* what a value costs, about: primitives below and with this one */
     int32_t owner;  /* of leaves: what gradients and crossings say */
+    bool ends_in_box; /* nothing of it lies beyond the box, which else may be where to look only */
+    bool direct;      /* it is restricted to a small box at once as well as step by step */
 };
 
 /* The crossings of any solid whose values and bounds are all that is known: the segment is cut into

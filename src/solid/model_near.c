@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+/* The boxes of eight panels are compared at once, and those of eight eights before them. */
+#include "solid/model_near.h"
+
+#include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+/* ---- eight boxes at a time ----------------------------------------------------------------------
+ */
+
+/* A box by floats that holds it. */
+typedef struct float_box {
+    float low[3], high[3];
+} float_box;
+
+static float_box rounded_outwards(const qni_box *box) {
+    float_box out;
+    for (int k = 0; k < 3; ++k) {
+        out.low[k] = (float)box->low[k];
+        out.high[k] = (float)box->high[k];
+        if ((double)out.low[k] > box->low[k])
+            out.low[k] = nextafterf(out.low[k], -INFINITY);
+        if ((double)out.high[k] < box->high[k])
+            out.high[k] = nextafterf(out.high[k], INFINITY);
+    }
+    return out;
+}
+
+#ifdef __SSE2__
+
+/* Which of the eight meet a box: a bit each. */
+static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
+    unsigned bits = 0;
+    for (int half = 0; half < QNI_EIGHT; half += 4) {
+        __m128 meets = _mm_cmple_ps(_mm_loadu_ps(eight->low[0] + half), _mm_set1_ps(box->high[0]));
+        for (int k = 0; k < 3; ++k) {
+            meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_loadu_ps(eight->low[k] + half),
+                                                   _mm_set1_ps(box->high[k])));
+            meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_loadu_ps(eight->high[k] + half),
+                                                   _mm_set1_ps(box->low[k])));
+        }
+        bits |= (unsigned)_mm_movemask_ps(meets) << half;
+    }
+    return bits;
+}
+
+/* Squared distances from a point, less `slack` along each axis. */
+static void measure(const qni_near_eight *eight, const float p[3], float slack,
+                    float squares[QNI_EIGHT]) {
+    for (int half = 0; half < QNI_EIGHT; half += 4) {
+        __m128 sum = _mm_setzero_ps();
+        for (int k = 0; k < 3; ++k) {
+            const __m128 at = _mm_set1_ps(p[k]);
+            const __m128 below = _mm_sub_ps(_mm_loadu_ps(eight->low[k] + half), at),
+                         above = _mm_sub_ps(at, _mm_loadu_ps(eight->high[k] + half));
+            const __m128 away = _mm_max_ps(
+                _mm_sub_ps(_mm_max_ps(below, above), _mm_set1_ps(slack)), _mm_setzero_ps());
+            sum = _mm_add_ps(sum, _mm_mul_ps(away, away));
+        }
+        _mm_storeu_ps(squares + half, sum);
+    }
+}
+
+#else
+
+static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
+    unsigned bits = 0;
+    for (int n = 0; n < QNI_EIGHT; ++n) {
+        bool meets = true;
+        for (int k = 0; k < 3; ++k)
+            meets = meets && eight->low[k][n] <= box->high[k] && eight->high[k][n] >= box->low[k];
+        bits |= (unsigned)meets << n;
+    }
+    return bits;
+}
+
+static void measure(const qni_near_eight *eight, const float p[3], float slack,
+                    float squares[QNI_EIGHT]) {
+    for (int n = 0; n < QNI_EIGHT; ++n) {
+        squares[n] = 0;
+        for (int k = 0; k < 3; ++k) {
+            const float below = eight->low[k][n] - p[k], above = p[k] - eight->high[k][n];
+            const float away = (below > above ? below : above) - slack;
+            squares[n] += away > 0 ? away * away : 0;
+        }
+    }
+}
+
+#endif
+
+static int32_t eights_of(int32_t count) {
+    return (count + QNI_EIGHT - 1) / QNI_EIGHT;
+}
+
+int32_t qni_near_meeting(const qni_near_list *near, const qni_box *box, int32_t *chosen) {
+    const float_box around = rounded_outwards(box);
+    const int32_t eights = eights_of(near->count);
+    int32_t count = 0;
+    for (int32_t group = 0; group < eights_of(eights); ++group)
+        for (unsigned some = meeting(&near->eights[eights + group], &around); some;
+             some &= some - 1) {
+            const int32_t eight = QNI_EIGHT * group + __builtin_ctz(some);
+            for (unsigned bits = meeting(&near->eights[eight], &around); bits; bits &= bits - 1)
+                chosen[count++] = QNI_EIGHT * eight + __builtin_ctz(bits);
+        }
+    return count;
+}
+
+/* ---- making lists -------------------------------------------------------------------------------
+ */
+
+static int64_t room_for(int32_t count) {
+    const int32_t eights = eights_of(count);
+    return (int64_t)(eights + eights_of(eights)) * (int64_t)sizeof(qni_near_eight) +
+           (int64_t)count * (int64_t)sizeof(int32_t);
+}
+
+static bool start(qn_context *context, qni_near_list *near, int32_t count) {
+    memset(near, 0, sizeof *near);
+    near->eights = qni_alloc(context, 1, room_for(count));
+    if (!near->eights)
+        return false;
+    const int32_t eights = eights_of(count), all = eights + eights_of(eights);
+    near->count = count;
+    near->numbers = (int32_t *)(void *)(near->eights + all);
+    for (int32_t n = 0; n < all; ++n)
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < QNI_EIGHT; ++i) {
+                near->eights[n].low[k][i] = INFINITY;
+                near->eights[n].high[k][i] = -INFINITY;
+            }
+    return true;
+}
+
+void qni_near_free(qn_context *context, qni_near_list *near) {
+    qni_free(context, near->eights, 1, near->eights ? room_for(near->count) : 0);
+}
+
+/* Sets a box, and makes that of its eight larger. */
+static void put(qni_near_list *near, int32_t at, const float low[3], const float high[3]) {
+    const int32_t eight = at / QNI_EIGHT;
+    qni_near_eight *own = &near->eights[eight],
+                   *group = &near->eights[eights_of(near->count) + eight / QNI_EIGHT];
+    for (int k = 0; k < 3; ++k) {
+        own->low[k][at % QNI_EIGHT] = low[k];
+        own->high[k][at % QNI_EIGHT] = high[k];
+        float *least = &group->low[k][eight % QNI_EIGHT], *most = &group->high[k][eight % QNI_EIGHT];
+        *least = low[k] < *least ? low[k] : *least;
+        *most = high[k] > *most ? high[k] : *most;
+    }
+}
+
+static void put_panel(qni_near_list *near, int32_t at, const qni_panel *panel) {
+    float low[3], high[3];
+    for (int k = 0; k < 3; ++k) {
+        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        const float less = x < y ? x : y, more = x < y ? y : x;
+        low[k] = z < less ? z : less;
+        high[k] = z > more ? z : more;
+    }
+    put(near, at, low, high);
+}
+
+typedef struct gather {
+    int32_t numbers[QNI_MOST_NEAR], count;
+    bool caps;
+} gather;
+
+static bool gather_one(void *user, int32_t panel) {
+    gather *job = user;
+    if (job->count == QNI_MOST_NEAR)
+        return false;
+    job->numbers[job->count++] = job->caps ? ~panel : panel;
+    return true;
+}
+
+bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
+                         const qni_panel_tree *caps, const qni_box *box, qni_near_list *near,
+                         bool *few) {
+    gather job;
+    job.count = 0;
+    job.caps = false;
+    memset(near, 0, sizeof *near);
+    *few = qni_panel_tree_visit(surface, box, gather_one, &job);
+    const int32_t of_surface = job.count;
+    job.caps = true;
+    *few = *few && qni_panel_tree_visit(caps, box, gather_one, &job);
+    if (!*few)
+        return true;
+    if (!start(context, near, job.count))
+        return false;
+    near->surface_count = of_surface;
+    for (int32_t n = 0; n < job.count; ++n) {
+        const int32_t number = near->numbers[n] = job.numbers[n];
+        put_panel(near, n, number < 0 ? &caps->panels[~number] : &surface->panels[number]);
+    }
+    return true;
+}
+
+bool qni_near_from_larger(qn_context *context, const qni_near_list *larger, const qni_box *box,
+                          qni_near_list *near) {
+    int32_t chosen[QNI_MOST_NEAR];
+    const int32_t count = qni_near_meeting(larger, box, chosen);
+    if (!start(context, near, count))
+        return false;
+    for (int32_t n = 0; n < count; ++n) {
+        const qni_near_eight *eight = &larger->eights[chosen[n] / QNI_EIGHT];
+        const int place = chosen[n] % QNI_EIGHT;
+        float low[3], high[3];
+        for (int k = 0; k < 3; ++k) {
+            low[k] = eight->low[k][place];
+            high[k] = eight->high[k][place];
+        }
+        put(near, n, low, high);
+        near->numbers[n] = larger->numbers[chosen[n]];
+        near->surface_count += chosen[n] < larger->surface_count;
+    }
+    return true;
+}
+
+/* ---- the nearest panel --------------------------------------------------------------------------
+ */
+
+typedef struct nearest_job {
+    const qni_panel_tree *surface;
+    const double *p;
+    double *square, *nearest;
+    float below; /* squares of distances by float that can be less than the least so far */
+    int32_t best;
+} nearest_job;
+
+static void set_least(nearest_job *job, int32_t panel, double square, const double at[3]) {
+    job->best = panel;
+    *job->square = square;
+    job->below = (float)(square * (1 + 1e-6));
+    memcpy(job->nearest, at, 3 * sizeof *at);
+}
+
+static void consider(nearest_job *job, int32_t panel) {
+    double at[3];
+    if (panel == job->best)
+        return;
+    const qni_panel *panels = job->surface->panels;
+    const double each = qni_panel_nearest(&panels[panel], job->p, at);
+    const bool tie = job->best >= 0 && !(each < *job->square) && !(each > *job->square) &&
+                     panels[panel].number < panels[job->best].number;
+    if (each < *job->square || tie)
+        set_least(job, panel, each, at);
+}
+
+/* The nearest of boxes that are asked first, when nothing is known. */
+static int32_t place_to_begin(const qni_near_list *near, const float p[3]) {
+    float least = INFINITY;
+    int32_t best = 0;
+    for (int32_t eight = 0; eight < eights_of(near->surface_count); ++eight) {
+        float squares[QNI_EIGHT];
+        measure(&near->eights[eight], p, 0, squares);
+        for (int n = 0; n < QNI_EIGHT && QNI_EIGHT * eight + n < near->surface_count; ++n)
+            if (squares[n] < least) {
+                least = squares[n];
+                best = QNI_EIGHT * eight + n;
+            }
+    }
+    return best;
+}
+
+static void search_eight(nearest_job *job, const qni_near_list *near, int32_t eight,
+                         const float p[3], float slack) {
+    float squares[QNI_EIGHT];
+    measure(&near->eights[eight], p, slack, squares);
+    for (int n = 0; n < QNI_EIGHT && QNI_EIGHT * eight + n < near->surface_count; ++n)
+        if (squares[n] <= job->below)
+            consider(job, near->numbers[QNI_EIGHT * eight + n]);
+}
+
+int32_t qni_near_nearest(const qni_near_list *near, const qni_panel_tree *surface, double size,
+                         const double p[3], int32_t guess, double *square, double nearest[3]) {
+    const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
+    const double largest = fmax(size, fmax(fabs(p[0]), fmax(fabs(p[1]), fabs(p[2]))));
+    const float slack = (float)(5e-7 * largest); /* four roundings to float, and more */
+    const int32_t eights = eights_of(near->count);
+    nearest_job job = {surface, p, square, nearest, INFINITY, -1};
+    *square = QNI_INFINITY;
+    consider(&job, guess >= 0 && guess < surface->count ? guess
+                                                        : near->numbers[place_to_begin(near, at)]);
+    for (int32_t group = 0; group < eights_of(eights); ++group) {
+        float squares[QNI_EIGHT];
+        measure(&near->eights[eights + group], at, slack, squares);
+        for (int n = 0; n < QNI_EIGHT; ++n)
+            if (squares[n] <= job.below)
+                search_eight(&job, near, QNI_EIGHT * group + n, at, slack);
+    }
+    return job.best;
+}
