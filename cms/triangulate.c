@@ -324,11 +324,12 @@ bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force) {
     return true;
 }
 
-/* How far the loop's triangles are from the surface at their centroids, by the solid's values. */
-static qn_status measure(const qni_patch *patch, const qni_loop *loop, double *worst) {
+/* How far the loop's triangles are from the surface at their centroids, by the solid's values; no
+ * matter how much above `most`. */
+static qn_status measure(const qni_patch *patch, const qni_loop *loop, double most, double *worst) {
     const qn_solid *solid = patch->solid;
     *worst = 0;
-    for (int32_t t = 0; t < loop->triangle_count; ++t) {
+    for (int32_t t = 0; t < loop->triangle_count && *worst < most; ++t) {
         const int32_t *triangle = patch->triangles[loop->triangle_first + t];
         double point[3] = {0, 0, 0}, value;
         for (int n = 0; n < 3; ++n)
@@ -347,12 +348,12 @@ static qn_status triangulate_odd(qni_patch *patch, qni_loop *loop) {
     const double size = patch->size;
     double best, worst, choice = 0;
     qni_patch_fan(patch, loop);
-    QN_TRY(measure(patch, loop, &best));
+    QN_TRY(measure(patch, loop, HUGE_VAL, &best));
     patch->triangle_count = loop->triangle_first;
     for (double tolerance = 0.05 * size; tolerance < size; tolerance *= 2.5) {
         if (!flat_within(patch, loop, false, tolerance))
             continue;
-        QN_TRY(measure(patch, loop, &worst));
+        QN_TRY(measure(patch, loop, best, &worst));
         patch->triangle_count = loop->triangle_first;
         if (worst < best) {
             best = worst;

@@ -33,6 +33,7 @@ typedef struct qni_meshed {
     bool smooth; /* caps can matter */
     bool listed; /* `near` has all panels that meet the box */
     qni_near_list near;
+    struct qni_meshed *larger; /* of a larger box, whose list serves beyond this one; NULL: none */
     double origin[3]; /* a corner of the box, and the whole winding number there */
     int64_t origin_winding;
     int32_t guess; /* the panel that was nearest last; read and written with atomic operations */
@@ -78,6 +79,9 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
 void qni_hits_sort(qni_hits *hits);
 void qni_hits_free(qni_hits *hits);
 bool qni_meshed_holds(const qni_meshed *solid, const double p[3]);
+/* The smallest solid of this one and the larger ones whose list knows all between two points; NULL
+ * when there is none. */
+const qni_meshed *qni_meshed_lister(const qni_meshed *solid, const double a[3], const double b[3]);
 /* Whether caps matter at p; the angle is then asked for. */
 bool qni_meshed_is_smooth(const qni_meshed *solid, const double p[3]);
 /* The generalized winding number less 1/2, and the gradient of what was taken off. */

@@ -8,6 +8,8 @@
 static void destroy(qn_solid *solid) {
     qni_meshed *meshed = (qni_meshed *)solid;
     qni_near_free(solid->context, &meshed->near);
+    if (meshed->larger)
+        qn_solid_destroy(&meshed->larger->base);
     qni_model_release(meshed->model);
     qni_solid_free(solid, sizeof *meshed);
 }
@@ -42,7 +44,9 @@ static double depth_within(const qni_meshed *solid, const double p[3]) {
 static int32_t nearest_panel(const qni_meshed *solid, const double p[3], int32_t guess,
                              double *square, double nearest[3]) {
     const qni_panel_tree *surface = &solid->model->surface;
-    if (solid->listed && solid->near.surface_count > 0) {
+    for (; solid; solid = solid->larger) {
+        if (!solid->listed || !solid->near.surface_count || !qni_meshed_holds(solid, p))
+            continue;
         guess = qni_near_nearest(&solid->near, surface, solid->model->size, p, guess, square,
                                  nearest);
         if (sqrt(*square) < depth_within(solid, p))
@@ -270,8 +274,10 @@ static qn_solid *new_node(qni_model *model);
 static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *into) {
     qn_context *context = from->base.context;
     into->listed = true;
-    if (from->listed && qni_meshed_holds(from, box->low) && qni_meshed_holds(from, box->high))
+    if (from->listed && qni_meshed_holds(from, box->low) && qni_meshed_holds(from, box->high)) {
+        into->larger = (qni_meshed *)qni_solid_retain(&from->base);
         return qni_near_from_larger(context, &from->near, box, &into->near);
+    }
     return qni_near_from_trees(context, &from->model->surface, &from->model->caps, box,
                                &into->near, &into->listed);
 }

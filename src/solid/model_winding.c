@@ -71,6 +71,13 @@ bool qni_meshed_holds(const qni_meshed *solid, const double p[3]) {
     return solid->local && in_box(&solid->within, p);
 }
 
+const qni_meshed *qni_meshed_lister(const qni_meshed *solid, const double a[3], const double b[3]) {
+    while (solid &&
+           !(solid->listed && qni_meshed_holds(solid, a) && (a == b || qni_meshed_holds(solid, b))))
+        solid = solid->larger;
+    return solid;
+}
+
 bool qni_meshed_is_smooth(const qni_meshed *solid, const double p[3]) {
     return qni_meshed_holds(solid, p) ? solid->smooth : solid->model->caps.count > 0;
 }
@@ -90,18 +97,19 @@ static int64_t near_change(const qni_meshed *solid, const double a[3], const dou
 
 /* Along the axes one after the other: so the walk stays in the box, and cheap tests will do. */
 int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3], qni_winding_at *known) {
-    if (!solid->listed || !qni_meshed_holds(solid, p))
+    const qni_meshed *lister = qni_meshed_lister(solid, p, known ? known->at : p);
+    if (!lister)
         return qni_model_winding(solid->model, p);
     double to[3], next[3];
     tame(p, to);
-    qni_winding_at here = {{solid->origin[0], solid->origin[1], solid->origin[2]},
-                           solid->origin_winding};
+    qni_winding_at here = {{lister->origin[0], lister->origin[1], lister->origin[2]},
+                           lister->origin_winding};
     if (known)
         here = *known;
     for (int k = 2; k >= 0; --k) {
         memcpy(next, here.at, sizeof next);
         next[k] = to[k];
-        here.winding += near_change(solid, here.at, next);
+        here.winding += near_change(lister, here.at, next);
         here.at[k] = to[k];
     }
     if (known)
@@ -201,8 +209,9 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
     if (job.axis == 3)
         return true;
     bool good;
-    if (solid->listed && qni_meshed_holds(solid, a) && qni_meshed_holds(solid, b)) {
-        good = near_hits(solid, &job, &box);
+    const qni_meshed *lister = qni_meshed_lister(solid, a, b);
+    if (lister) {
+        good = near_hits(lister, &job, &box);
     } else {
         good = qni_panel_tree_visit(job.tree, &box, hit_one, &job);
         job.tree = &solid->model->caps;
