@@ -189,6 +189,7 @@ typedef struct qni_patch {
     int64_t traced_loops;
     int32_t cuts;    /* tried so far */
     int32_t dropped; /* segments without their features */
+    int64_t most_bad; /* a trial: with more flaws than that its triangles do not matter */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */
     double size;
@@ -266,6 +267,8 @@ bool qni_patch_find_tube(qni_patch *patch, int tube[2], double middle[3]);
 bool qni_patch_make_tube(qni_patch *patch, const int tube[2], const double middle[3],
                          qni_cms_tally *tally);
 qn_status qni_patch_separate(qni_patch *patch, qni_cms_tally *tally);
+/* Segments without their features, and corners that are not in the cell. */
+int64_t qni_patch_flaws(const qni_patch *patch);
 const float *qni_patch_place(const qni_patch *patch, int32_t vertex);
 /* The edge of the cell that a crossing lies on, by its two walls. */
 static inline int qni_edge_of_walls(uint8_t walls) {

@@ -58,6 +58,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
     patch->piece_count = patch->vertex_count = patch->loop_count = patch->triangle_count =
         patch->inner_count = 0;
     patch->dropped = 0;
+    patch->most_bad = INT64_MAX;
     patch->split = false;
 }
 

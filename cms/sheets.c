@@ -104,12 +104,13 @@ static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const
     return true;
 }
 
-/* The tangent again, most of the way towards a point; less of it where that is too far. False when
- * it was not most of the way. */
-static bool approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
+typedef enum advance { AT_ONCE, PARTLY, STUCK } advance;
+
+/* The tangent again, most of the way towards a point; less of it where that is too far. */
+static advance approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
     const double distance = sqrt(distance2(tangent->at, point));
     if (tangent->fixed || !(distance > 1e-9 * patch->size))
-        return true;
+        return AT_ONCE;
     static const double shares[3] = {0.9, 0.5, 0.2}, reaches[3] = {0.3, 0.5, 0.3};
     for (int attempt = 0; attempt < 3; ++attempt) {
         const double share = shares[attempt], reach = reaches[attempt];
@@ -121,9 +122,9 @@ static bool approach(const qni_patch *patch, sheet *tangent, const double point[
             continue;
         memcpy(tangent->at, at, sizeof at);
         memcpy(tangent->normal, normal, sizeof normal);
-        return attempt == 0;
+        return attempt == 0 ? AT_ONCE : PARTLY;
     }
-    return false;
+    return STUCK;
 }
 
 /* The tangent again in the midst of its sheet: the way from there to a point stays on the sheet
@@ -168,7 +169,19 @@ static bool all_pass(const sheet *sheets, int32_t count, const double point[3], 
     return true;
 }
 
-/* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. */
+/* All sheets a step towards a point; how far the one got that got least far. */
+static advance approach_all(const qni_patch *patch, sheet *sheets, int32_t count,
+                            const double point[3]) {
+    advance least = AT_ONCE;
+    for (int32_t n = 0; n < count; ++n) {
+        const advance own = approach(patch, &sheets[n], point);
+        least = own > least ? own : least;
+    }
+    return least;
+}
+
+/* Where all sheets meet, next to a point: each step takes the error of curvature to a hundredth. A
+ * sheet that gets no nearer to a point that stays will not do so in the next step. */
 static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, int32_t rank,
                         double point[3]) {
     const double cell = patch->hermite->lattice.cell;
@@ -182,17 +195,15 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
         if (!sheets[n].fixed)
             settle(patch, &sheets[n], point);
     for (int step = 0; step < REFINE_STEPS; ++step) {
-        bool close = true;
-        for (int32_t n = 0; n < count; ++n)
-            close = approach(patch, &sheets[n], point) && close;
+        const advance got = approach_all(patch, sheets, count, point);
         if (!solve_sheets(sheets, count, rank, point, next))
             return false;
         const double moved = sqrt(distance2(next, point));
         if (!(moved < 2 * patch->size))
             return false;
         memcpy(point, next, sizeof next);
-        if (close && moved < 1e-7 * cell)
-            return all_pass(sheets, count, point, 1e-5 * cell);
+        if (moved < 1e-7 * cell && got != PARTLY)
+            return got == AT_ONCE && all_pass(sheets, count, point, 1e-5 * cell);
     }
     return false;
 }

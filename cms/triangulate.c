@@ -376,15 +376,36 @@ static bool is_many(const qni_patch *patch, const qni_loop *loop) {
            patch->loop_count == 1 && loop->escaped && loop->sharp_count >= 4;
 }
 
+int64_t qni_patch_flaws(const qni_patch *patch) {
+    int64_t flaws = patch->dropped;
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        flaws += patch->loops[n].escaped;
+    return flaws;
+}
+
+/* Is a trial lost, whatever comes of the loops that are not triangulated yet? Of those a corner
+ * that is not in the cell can still turn out to be flat, or several, where more than two features
+ * tell. */
+static bool is_lost(const qni_patch *patch, int64_t done) {
+    int64_t flaws = qni_patch_flaws(patch);
+    for (int64_t n = done; n < patch->loop_count; ++n)
+        flaws -= patch->loops[n].escaped && patch->loops[n].sharp_count > 2;
+    return flaws > patch->most_bad;
+}
+
 qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         qni_loop *loop = &patch->loops[n];
+        if (is_lost(patch, n))
+            break;
         if (qni_patch_flat(patch, loop, false))
             ++tally->flat_loops;
         else if (is_many(patch, loop) && qni_patch_split(patch)) {
             ++tally->split_loops;
             break;
-        } else if (patch->cell.level == 0 && is_odd(patch, loop))
+        } else if (is_lost(patch, n + 1))
+            break;
+        else if (patch->cell.level == 0 && is_odd(patch, loop))
             QN_TRY(triangulate_odd(patch, loop));
         else
             qni_patch_fan(patch, loop);

@@ -171,13 +171,6 @@ static int64_t inner_crossings(const qni_hermite *hermite, const qni_cell_box *b
     return count;
 }
 
-static int64_t bad_of(const qni_patch *patch) {
-    int64_t bad = patch->dropped;
-    for (int64_t n = 0; n < patch->loop_count; ++n)
-        bad += patch->loops[n].escaped;
-    return bad;
-}
-
 /* How much better does the box come out than its cells, if by more than `least`? Its discs must be
  * as many as the cells' discs make when they are joined at the walls between: Euler's number stays.
  */
@@ -197,8 +190,9 @@ static qn_status judge_box(const unite_job *job, surroundings *around, const qni
                   euler = apart.loops - inner_segments + inner_crossings(job->stages->hermite, box);
     if (!closed || patch->traced_loops != euler || patch->dropped >= apart.bad)
         return QN_OK;
+    patch->most_bad = apart.bad - 1;
     QN_TRY(qni_fill_patch(patch, &tally));
-    const int64_t bad = bad_of(patch);
+    const int64_t bad = qni_patch_flaws(patch);
     if (bad < apart.bad && qni_box_is_explained(patch, box) &&
         (patch->split || !qni_patch_loops_meet(patch))) {
         *gain = apart.bad - bad;
