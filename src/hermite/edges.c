@@ -19,9 +19,9 @@ typedef struct edge_job {
     qni_hermite_crossing *found;
     int32_t found_count, found_capacity;
     uint16_t starts[QNI_BLOCK_EDGES + 1];
-    uint64_t asked, undecided; /* 2^3 cells each: 16 z + 4 y + x */
-    const qni_block_scan *scan;      /* knows all; NULL where the solid is asked point by point */
-    bool has_slopes;           /* f is continuous in the block, and its slopes are known */
+    uint64_t asked, undecided;  /* 2^3 cells each: 16 z + 4 y + x */
+    const qni_block_scan *scan; /* knows all; NULL where the solid is asked point by point */
+    bool has_slopes;            /* f is continuous in the block, and its slopes are known */
     double slopes[3][2];
     double values[QNI_BLOCK_CORNERS];
     double planes[3][9];
@@ -413,9 +413,9 @@ static void choose_scanned_edges(const edge_job *job, int axis, uint64_t wanted[
         wanted[z] = job->scan->crossed[8 * axis + z];
         for (int y = 0; y < 8; ++y) {
             const unsigned row = row_of_signs(job->block, y, z),
-                           next = axis == 0 ? row >> 1
-                                            : row_of_signs(job->block, y + (axis == 1),
-                                                           z + (axis == 2));
+                           next = axis == 0
+                                      ? row >> 1
+                                      : row_of_signs(job->block, y + (axis == 1), z + (axis == 2));
             wanted[z] |= (uint64_t)((row ^ next) & 0xff) << 8 * y;
         }
     }

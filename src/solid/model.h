@@ -34,7 +34,7 @@ typedef struct qni_meshed {
     bool listed; /* `near` has all panels that meet the box */
     qni_near_list near;
     struct qni_meshed *larger; /* of a larger box, whose list serves beyond this one; NULL: none */
-    double origin[3]; /* a corner of the box, and the whole winding number there */
+    double origin[3];          /* a corner of the box, and the whole winding number there */
     int64_t origin_winding;
     int32_t guess; /* the panel that was nearest last; read and written with atomic operations */
 } qni_meshed;
@@ -42,8 +42,7 @@ typedef struct qni_meshed {
 /* The panel at a place of the list. */
 static inline const qni_panel *qni_meshed_near_panel(const qni_meshed *solid, int32_t place) {
     const int32_t number = solid->near.numbers[place];
-    return number < 0 ? &solid->model->caps.panels[~number]
-                      : &solid->model->surface.panels[number];
+    return number < 0 ? &solid->model->caps.panels[~number] : &solid->model->surface.panels[number];
 }
 
 /* A place whose whole winding number is known. */

@@ -36,10 +36,10 @@ static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
     for (int half = 0; half < QNI_EIGHT; half += 4) {
         __m128 meets = _mm_cmple_ps(_mm_loadu_ps(eight->low[0] + half), _mm_set1_ps(box->high[0]));
         for (int k = 0; k < 3; ++k) {
-            meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_loadu_ps(eight->low[k] + half),
-                                                   _mm_set1_ps(box->high[k])));
-            meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_loadu_ps(eight->high[k] + half),
-                                                   _mm_set1_ps(box->low[k])));
+            meets = _mm_and_ps(
+                meets, _mm_cmple_ps(_mm_loadu_ps(eight->low[k] + half), _mm_set1_ps(box->high[k])));
+            meets = _mm_and_ps(
+                meets, _mm_cmpge_ps(_mm_loadu_ps(eight->high[k] + half), _mm_set1_ps(box->low[k])));
         }
         bits |= (unsigned)_mm_movemask_ps(meets) << half;
     }
@@ -55,8 +55,8 @@ static void measure(const qni_near_eight *eight, const float p[3], float slack,
             const __m128 at = _mm_set1_ps(p[k]);
             const __m128 below = _mm_sub_ps(_mm_loadu_ps(eight->low[k] + half), at),
                          above = _mm_sub_ps(at, _mm_loadu_ps(eight->high[k] + half));
-            const __m128 away = _mm_max_ps(
-                _mm_sub_ps(_mm_max_ps(below, above), _mm_set1_ps(slack)), _mm_setzero_ps());
+            const __m128 away = _mm_max_ps(_mm_sub_ps(_mm_max_ps(below, above), _mm_set1_ps(slack)),
+                                           _mm_setzero_ps());
             sum = _mm_add_ps(sum, _mm_mul_ps(away, away));
         }
         _mm_storeu_ps(squares + half, sum);
@@ -146,7 +146,8 @@ static void put(qni_near_list *near, int32_t at, const float low[3], const float
     for (int k = 0; k < 3; ++k) {
         own->low[k][at % QNI_EIGHT] = low[k];
         own->high[k][at % QNI_EIGHT] = high[k];
-        float *least = &group->low[k][eight % QNI_EIGHT], *most = &group->high[k][eight % QNI_EIGHT];
+        float *least = &group->low[k][eight % QNI_EIGHT],
+              *most = &group->high[k][eight % QNI_EIGHT];
         *least = low[k] < *least ? low[k] : *least;
         *most = high[k] > *most ? high[k] : *most;
     }

@@ -47,8 +47,8 @@ static int32_t nearest_panel(const qni_meshed *solid, const double p[3], int32_t
     for (; solid; solid = solid->larger) {
         if (!solid->listed || !solid->near.surface_count || !qni_meshed_holds(solid, p))
             continue;
-        guess = qni_near_nearest(&solid->near, surface, solid->model->size, p, guess, square,
-                                 nearest);
+        guess =
+            qni_near_nearest(&solid->near, surface, solid->model->size, p, guess, square, nearest);
         if (sqrt(*square) < depth_within(solid, p))
             return guess;
     }
@@ -60,8 +60,8 @@ static void ask(const qni_meshed *solid, const double p[3], qni_winding_at *know
     int64_t winding = qni_meshed_winding(solid, p, known);
     double square;
     int32_t *guess = (int32_t *)&solid->guess; /* a memory that changes no answer */
-    out->panel = nearest_panel(solid, p, __atomic_load_n(guess, __ATOMIC_RELAXED), &square,
-                               out->nearest);
+    out->panel =
+        nearest_panel(solid, p, __atomic_load_n(guess, __ATOMIC_RELAXED), &square, out->nearest);
     __atomic_store_n(guess, out->panel, __ATOMIC_RELAXED);
     out->distance = sqrt(square);
     out->over_hole = false;
@@ -278,8 +278,8 @@ static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *
         into->larger = (qni_meshed *)qni_solid_retain(&from->base);
         return qni_near_from_larger(context, &from->near, box, &into->near);
     }
-    return qni_near_from_trees(context, &from->model->surface, &from->model->caps, box,
-                               &into->near, &into->listed);
+    return qni_near_from_trees(context, &from->model->surface, &from->model->caps, box, &into->near,
+                               &into->listed);
 }
 
 /* Would a smaller solid know anything more? */

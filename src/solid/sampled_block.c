@@ -3,7 +3,7 @@
  * volume; samples and cells by way of them. */
 #include "solid/sampled_parts.h"
 
-enum { MOST_BLOCK = 40 }; /* points along a side */
+enum { MOST_BLOCK = 28 }; /* points along a side: of a block of 8^3 cells and what is near it */
 
 int64_t qni_block_samples(const sample_block *block) {
     return (int64_t)block->size[0] * block->size[1] * block->size[2];

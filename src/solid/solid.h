@@ -22,7 +22,7 @@ typedef struct qni_crossing {
 enum { QNI_SCAN_CELLS = 8, QNI_SCAN_POINTS = 9 * 9 * 9, QNI_SCAN_EDGES = 3 * 512 };
 
 typedef struct qni_block_scan {
-    bool inside[QNI_SCAN_POINTS]; /* 81 z + 9 y + x */
+    bool inside[QNI_SCAN_POINTS];          /* 81 z + 9 y + x */
     uint64_t crossed[QNI_SCAN_EDGES / 64]; /* edges with crossings, by their lower ends: 512 axis +
                                               64 z + 8 y + x */
     int32_t starts[QNI_SCAN_EDGES + 1];    /* of each edge's crossings, as `crossings` gives them */
