@@ -105,7 +105,7 @@ static void a_scan_says_what_single_questions_say(void **state) {
             crossed += scan_one(whole, &random);
         qn_solid_destroy(whole);
     }
-    assert_true(crossed > 10000);
+    assert_true(crossed > 2000); /* not all blocks were empty */
     test_context_end(context);
 }
 
