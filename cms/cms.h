@@ -232,6 +232,15 @@ qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tall
  * two features, in the plane across (sheets.c). False when that is not found on the surface. */
 bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
                            double point[3]);
+/* The same point, or another one of the crease between the loop's two features that is inside the
+ * cell, by going from sheet to sheet. */
+bool qni_patch_cross_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
+                            double point[3]);
+/* Where three facets or more meet inside the cell, so that straight creases lead to the loop's
+ * sharp features; a point of the crease between two tangents, inside the cell (kink.c). */
+bool qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]);
+bool qni_patch_halve_to_crease(const qni_patch *patch, const double at[2][3],
+                               const double normal[2][3], double point[3]);
 /* Where the sheets of two vertices meet, next to a point, in the plane across their crease. */
 bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const qni_loop_vertex *b,
                         const double middle[3], double point[3]);

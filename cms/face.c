@@ -10,6 +10,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { STEP_CUTS = 4 }; /* parts of a quarter of the face */
+
 qni_face qni_face_of_cell(const qni_cell *cell, int face) {
     qni_face result = {{cell->low[0], cell->low[1], cell->low[2]}, cell->level, face >> 1};
     result.low[face >> 1] += face & 1 ? 1 << cell->level : 0;
@@ -100,19 +102,16 @@ static void add_bend(const qni_face_job *job, qni_face_solution *solution, qni_s
 
 /* The sharp features of a pair. Where there are several, a plane lies between two of them that no
  * crossing knows: they do. */
-static bool add_sharp(const qni_face_job *job, qni_face_solution *solution, qni_segment *segment,
-                      const qni_face_point *enter, const qni_face_point *leave) {
-    qni_trace trace;
-    if (!qni_face_trace(job, enter, leave, &trace))
-        return false;
-    for (int n = 0; n < trace.count; ++n) {
+static void add_sharp(const qni_face_job *job, qni_face_solution *solution, qni_segment *segment,
+                      const qni_trace *trace) {
+    for (int n = 0; n < trace->count; ++n) {
         float at[2];
         for (int k = 0; k < 2; ++k)
-            at[k] = qni_between(trace.bends[n][k], job->low_float[k], job->high_float[k]);
+            at[k] = qni_between(trace->bends[n][k], job->low_float[k], job->high_float[k]);
         qni_face_feature *feature = add_feature(job, solution, segment, at, true);
-        if (trace.count == 1)
+        if (trace->count == 1)
             break;
-        const qni_face_line *line = &trace.lines[n + 1 < trace.count ? n + 1 : n];
+        const qni_face_line *line = &trace->lines[n + 1 < trace->count ? n + 1 : n];
         memcpy(feature->normal, line->space_normal, sizeof feature->normal);
         feature->at[job->face->axis] = job->height;
         feature->at[job->p] = line->at[0];
@@ -120,6 +119,18 @@ static bool add_sharp(const qni_face_job *job, qni_face_solution *solution, qni_
         feature->owner = line->owner;
         feature->has_plane = true;
     }
+}
+
+/* The trace of a pair, if it needs one; false when that is not found. */
+static bool trace_pair(const qni_face_job *job, const qni_face_point *enter,
+                       const qni_face_point *leave, qni_trace *trace) {
+    static const double high_step = 0.5; /* 30 degrees */
+    trace->count = 0;
+    if (qni_pair_is_sharp(job, enter, leave))
+        return qni_face_trace(job, enter, leave, trace);
+    if (job->settings->features && qni_pair_step(job, enter, leave) > high_step &&
+        !qni_trace_by_parts(job, enter, leave, STEP_CUTS, trace))
+        trace->count = 0;
     return true;
 }
 
@@ -136,8 +147,11 @@ static void make_segments(const qni_face_job *job, qni_face_solution *solution, 
         const qni_segment plain = {enter->number, leave->number, 0, 0, {0, 0}, false};
         *segment = plain;
         bool missing = qni_pair_is_sharp(job, enter, leave);
-        if (with_features && missing)
-            missing = !add_sharp(job, solution, segment, enter, leave);
+        if (with_features) {
+            qni_trace trace;
+            missing = !trace_pair(job, enter, leave, &trace);
+            add_sharp(job, solution, segment, &trace);
+        }
         if (segment->bends == 0 && enter->side == leave->side)
             add_bend(job, solution, segment, enter, leave, bend_share);
         segment->dropped = missing;

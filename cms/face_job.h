@@ -85,6 +85,10 @@ static inline bool qni_runs_rightly(const double from[2], const double to[2],
 
 /* Do the normals of two crossings differ by more than the crease angle? */
 bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b);
+/* Of a bend, however smooth, each end lies on the same side of the other's tangent plane; of a step
+ * it does not, which two creases make that no end knows of. How high that step is, in shares of its
+ * length; 0 when it is none. */
+double qni_pair_step(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b);
 /* The trace between two crossings whose normals differ (trace.c; qni_face_trace() remembers it).
  * False when it is not found. No bends when the surface only curves. */
 bool qni_trace_pair(const qni_face_job *job, const qni_face_point *enter,

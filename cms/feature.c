@@ -168,12 +168,18 @@ static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mea
     set_apex(patch, loop, mean);
 }
 
-/* Two features: from the middle between them to the crease itself. */
+/* Two features: from the middle between them to the crease itself; or to the corner of facets where
+ * it bends. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     double middle[3], point[3];
+    if (qni_patch_find_kink(patch, loop, point)) {
+        set_apex(patch, loop, point);
+        return;
+    }
     mean_of(patch, loop, true, middle);
     const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
-    if (found && is_inside(patch, point))
+    if ((found && is_inside(patch, point)) ||
+        (!found && qni_patch_cross_sheets(patch, loop, middle, point)))
         set_apex(patch, loop, point);
     else
         set_escaped(patch, loop, middle, found ? point : NULL);
@@ -224,6 +230,16 @@ static bool reach_beyond(const qni_patch *patch, qni_loop *loop, const double po
     return true;
 }
 
+/* A crease that ends: where the facets meet from which on none of them turns enough. */
+static void place_end(qni_patch *patch, qni_loop *loop) {
+    double mean[3], point[3];
+    mean_of(patch, loop, true, mean);
+    if (qni_patch_find_kink(patch, loop, point))
+        set_apex(patch, loop, point);
+    else
+        set_escaped(patch, loop, mean, NULL);
+}
+
 /* Three features and more: where all sheets meet. */
 static void place_corner(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
@@ -264,6 +280,8 @@ qn_status qni_patch_place_apex(qni_patch *patch, qni_loop *loop, bool on_surface
     loop->clusters = loop->sharp_count > 2 ? 3 : 2;
     if (loop->sharp_count == 2)
         place_on_crease(patch, loop);
+    else if (loop->sharp_count == 1)
+        place_end(patch, loop);
     else
         place_corner(patch, loop);
     return QN_OK;

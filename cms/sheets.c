@@ -252,6 +252,20 @@ bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const d
            qni_patch_on_surface(patch, point, 1e-3 * patch->size);
 }
 
+bool qni_patch_cross_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
+                            double point[3]) {
+    sheet sheets[MOST_SHEETS + 1];
+    double at[2][3], normal[2][3];
+    if (gather_sheets(patch, loop, middle, sheets) != 2)
+        return false;
+    for (int n = 0; n < 2; ++n) {
+        memcpy(at[n], sheets[n].at, sizeof at[n]);
+        memcpy(normal[n], sheets[n].normal, sizeof normal[n]);
+    }
+    return qni_patch_halve_to_crease(patch, (const double(*)[3])at, (const double(*)[3])normal,
+                                     point);
+}
+
 static void start_sheet(const qni_loop_vertex *vertex, sheet *out) {
     memcpy(out->at, vertex->at, sizeof out->at);
     memcpy(out->normal, vertex->normal, sizeof out->normal);

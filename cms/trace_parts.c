@@ -62,8 +62,8 @@ static bool alternates(const part *here) {
 }
 
 /* Where the surface meets the cut. */
-static bool cross_cut(const walk *w, const part *whole, int axis, double at,
-                      border_point *points, int *count) {
+static bool cross_cut(const walk *w, const part *whole, int axis, double at, border_point *points,
+                      int *count) {
     const qni_face_job *job = &w->job;
     double ends[2][2], space[2][3];
     qni_crossing found[MOST_CROSSINGS];
