@@ -112,6 +112,18 @@ static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *pat
                        ref_of(patch, shared[1], NULL, inner_first));
 }
 
+static bool emit_folds(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch, int64_t first,
+                       int64_t end, int64_t inner_first) {
+    for (int64_t s = first; s < end; ++s)
+        for (int64_t t = s + 1; t < end; ++t) {
+            const int32_t *a = patch->triangles[s], *b = patch->triangles[t];
+            if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b, inner_first))
+                return false;
+        }
+    return true;
+}
+
+/* Of a loop that was cut, a crease may run along the cut, between its parts. */
 static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
                          const uint32_t *apex_refs, int64_t inner_first) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
@@ -119,15 +131,12 @@ static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *
         if (loop->has_apex && !loop->escaped &&
             !emit_spokes(stages, chunk, patch, loop, apex_refs[n], inner_first))
             return false;
-        for (int32_t s = 0; s < loop->triangle_count && !loop->has_apex; ++s)
-            for (int32_t t = s + 1; t < loop->triangle_count; ++t) {
-                const int32_t *a = patch->triangles[loop->triangle_first + s],
-                              *b = patch->triangles[loop->triangle_first + t];
-                if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b, inner_first))
-                    return false;
-            }
+        if (!loop->has_apex && !patch->split &&
+            !emit_folds(stages, chunk, patch, loop->triangle_first,
+                        loop->triangle_first + loop->triangle_count, inner_first))
+            return false;
     }
-    return true;
+    return !patch->split || emit_folds(stages, chunk, patch, 0, patch->triangle_count, inner_first);
 }
 
 /* Hand the patch over: apexes of loops that have one first, then inner points. */
