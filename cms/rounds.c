@@ -4,8 +4,8 @@
  *
  * A leaf of level 3 or less lies in one block. Divided, it changes the faces that it and its
  * neighbours own, so their chunks are solved anew, and with them the features get new numbers: so
- * the cells of all chunks beside those are made anew. Larger leaves own no face towards smaller
- * ones. */
+ * the cells of all chunks beside those are made anew. A larger leaf does so to all blocks that it
+ * holds and those beside it; the chunks of larger leaves, which are few, are cut anew. */
 #include "cms/stages.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -23,6 +23,12 @@ static void free_chunk(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
     qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
     qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
+}
+
+static void clear_chunk(qni_stages *stages, qni_chunk *chunk) {
+    const qni_chunk none = {0};
+    free_chunk(stages->context, chunk);
+    *chunk = none;
 }
 
 static void free_chunks(qni_stages *stages) {
@@ -96,6 +102,41 @@ static void number_leaves(qni_stages *stages) {
     }
 }
 
+/* Chunks of blocks stay; those of larger leaves are cut anew. */
+static bool cut_large(qni_stages *stages) {
+    const qni_octree *octree = stages->octree;
+    int64_t kept = 0;
+    while (kept < stages->chunk_count && holds_blocks(&stages->chunks[kept]))
+        ++kept;
+    for (int64_t n = kept; n < stages->chunk_count; ++n)
+        clear_chunk(stages, &stages->chunks[n]);
+    const int64_t large = octree->leaf_count - octree->small_count,
+                  count = kept + (large + QNI_CHUNK - 1) / QNI_CHUNK, before = stages->chunk_count;
+    qni_chunk *chunks = qni_realloc(stages->context, stages->chunks, before, count, sizeof *chunks);
+    if (!chunks)
+        return false;
+    memset(chunks + kept, 0, sizeof *chunks * (size_t)(count - kept));
+    stages->chunks = chunks;
+    stages->chunk_count = count;
+    for (int64_t n = kept; n < count; ++n) {
+        const int64_t first = QNI_CHUNK * (n - kept);
+        chunks[n].leaf_end = large - first < QNI_CHUNK ? large - first : QNI_CHUNK;
+        chunks[n].solve = chunks[n].make = true;
+    }
+    return true;
+}
+
+static bool cut_all(qni_stages *stages) {
+    stages->chunk_count = cut(stages->octree, NULL);
+    stages->chunks = qni_alloc_zero(stages->context, stages->chunk_count, sizeof *stages->chunks);
+    if (!stages->chunks)
+        return false;
+    cut(stages->octree, stages->chunks);
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        stages->chunks[n].solve = stages->chunks[n].make = true;
+    return true;
+}
+
 qn_status qni_stages_cut(qni_stages *stages) {
     const qni_octree *octree = stages->octree;
     qni_free(stages->context, stages->chunk_of_leaf, stages->leaf_count,
@@ -103,18 +144,10 @@ qn_status qni_stages_cut(qni_stages *stages) {
     stages->leaf_count = octree->leaf_count;
     stages->chunk_of_leaf =
         qni_alloc(stages->context, octree->leaf_count, sizeof *stages->chunk_of_leaf);
-    if (!stages->chunk_of_leaf)
+    if (!stages->chunk_of_leaf || (!stages->chunks && !cut_all(stages)) ||
+        (stages->large_changed && !cut_large(stages)))
         return qni_fail_memory(stages->error, "a surface");
-    if (!stages->chunks) {
-        stages->chunk_count = cut(octree, NULL);
-        stages->chunks =
-            qni_alloc_zero(stages->context, stages->chunk_count, sizeof *stages->chunks);
-        if (!stages->chunks)
-            return qni_fail_memory(stages->error, "a surface");
-        cut(octree, stages->chunks);
-        for (int64_t n = 0; n < stages->chunk_count; ++n)
-            stages->chunks[n].solve = stages->chunks[n].make = true;
-    }
+    stages->large_changed = false;
     number_leaves(stages);
     return QN_OK;
 }
@@ -177,19 +210,32 @@ static void mark_made(qni_stages *stages) {
     }
 }
 
-/* A larger leaf changes too much: all is made anew. */
+/* A leaf above the blocks: its own blocks, and those beside it. */
+static void mark_solved_large(const qni_stages *stages, const qni_cell *divided) {
+    const int32_t side = 1 << (divided->level - 3);
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        for (int64_t block = stages->chunks[n].block_first;
+             block < stages->chunks[n].block_end && !stages->chunks[n].solve; ++block) {
+            const int32_t *place = stages->hermite->blocks[block].place;
+            bool near = true;
+            for (int k = 0; k < 3; ++k) {
+                const int32_t at = place[k] - (divided->low[k] >> 3);
+                near = near && at >= -1 && at <= side;
+            }
+            stages->chunks[n].solve = near;
+        }
+}
+
 static void mark_changed(qni_stages *stages, const qni_cell *divided, int64_t count) {
-    bool large = false;
-    for (int64_t n = 0; n < count; ++n)
-        large = large || divided[n].level > 3;
-    if (large) {
-        free_chunks(stages);
-        return;
-    }
     for (int64_t n = 0; n < stages->chunk_count; ++n)
         stages->chunks[n].solve = stages->chunks[n].make = false;
     for (int64_t n = 0; n < count; ++n)
-        mark_solved(stages, &divided[n]);
+        if (divided[n].level > 3) {
+            mark_solved_large(stages, &divided[n]);
+            stages->large_changed = true;
+        } else {
+            mark_solved(stages, &divided[n]);
+        }
     mark_made(stages);
     stages->renumbered = true;
 }

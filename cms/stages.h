@@ -65,6 +65,7 @@ typedef struct qni_stages {
     int64_t feature_count;
     bool unite; /* finest cells that do not come out well may be united with others */
     qni_unions unions;
+    bool large_changed; /* leaves above the blocks were divided: their chunks are cut anew */
     bool renumbered;    /* chunks were solved anew: features do not lie in the chunks' order */
     qni_patch *patches; /* one for each thread */
     qni_face_solution *solutions;
