@@ -70,4 +70,20 @@ QN_HD static inline void qni_middle_of_pair(const float *positions, const float 
         normal[a] = good ? sum[a] * scale : n[a];
 }
 
+/* From the middle of a merged pair along the line from X to Y until it is equally far from both:
+ * the quads beside it become squarer, and where they lie more evenly the interpolant is nearer to
+ * what was sampled. */
+QN_HD_INLINE void qni_move_between(const float *positions, uint32_t x, uint32_t y,
+                                   float position[3]) {
+    const float *p = positions + 3 * (size_t)x, *q = positions + 3 * (size_t)y;
+    double way[3], along = 0, squares = 0;
+    for (int a = 0; a < 3; ++a) {
+        way[a] = (double)q[a] - (double)p[a];
+        along += way[a] * ((double)position[a] - 0.5 * ((double)p[a] + (double)q[a]));
+        squares += way[a] * way[a];
+    }
+    for (int a = 0; a < 3 && squares > 0; ++a)
+        position[a] = (float)((double)position[a] - along / squares * way[a]);
+}
+
 #endif

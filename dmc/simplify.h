@@ -48,7 +48,7 @@ typedef struct qni_simplify_report {
  *
  * Source: [DMC21] section 4. Departures: rounds of independent removals until none is left (the
  * paper: one pass); conditions that keep the surface a manifold; halfedges patched in place, or not
- * needed; new vertices put back onto the surface. */
+ * needed; new vertices between X and Y too, and back on the surface. */
 qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_options *options,
                        qni_simplify_report *report_out, qn_error *error);
 

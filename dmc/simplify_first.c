@@ -24,23 +24,26 @@ typedef struct part {
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
-static void start_landing(const qn_mesh *mesh, const uint32_t pair[2], qni_landing *landing) {
-    qni_middle_of_pair(mesh->positions, mesh->normals, pair[0], pair[1], landing->position,
+static void start_landing(const qn_mesh *mesh, const qni_merged *merged, bool move,
+                          qni_landing *landing) {
+    qni_middle_of_pair(mesh->positions, mesh->normals, merged->a, merged->b, landing->position,
                        landing->normal);
+    if (move)
+        qni_move_between(mesh->positions, merged->x, merged->y, landing->position);
     landing->landed = false;
 }
 
-int64_t qni_simplify_place(const qni_simplifier *job, const uint32_t (*pairs)[2], int64_t count) {
+int64_t qni_simplify_place(const qni_simplifier *job, const qni_merged *merged, int64_t count) {
     const qn_mesh *mesh = job->mesh;
     const qni_simplify_options *options = job->options;
     qni_landing landing[QNI_PLACED_TOGETHER];
     int64_t unprojected = 0;
     for (int64_t n = 0; n < count; ++n)
-        start_landing(mesh, pairs[n], landing + n);
+        start_landing(mesh, merged + n, options->project != NULL, landing + n);
     if (options->project)
         options->project(options->project_user, landing, (int)count);
     for (int64_t n = 0; n < count; ++n) {
-        const size_t at = 3 * (size_t)pairs[n][0];
+        const size_t at = 3 * (size_t)merged[n].a;
         if (landing[n].landed || !options->project) /* else the kept one is on the surface */
             memcpy(mesh->positions + at, landing[n].position, sizeof landing[n].position);
         else
@@ -119,8 +122,8 @@ static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) 
 }
 
 /* Take a quad unless a neighbour has taken one of its corners of valence 3. */
-static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd, uint32_t pair[2],
-                  part *own) {
+static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd,
+                  qni_merged *merged, part *own) {
     const qni_around *around = &job->around;
     const uint32_t *v = job->mesh->quads + 4 * (size_t)quad;
     size_t k = odd;
@@ -139,35 +142,34 @@ static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd, uint32_t
     if (job->mesh->twins)
         qni_close_merge(job->mesh->twins, job->mesh->vertex_halfedges, 4 * quad + (uint32_t)k, a, x,
                         y);
-    pair[0] = a;
-    pair[1] = b;
+    *merged = (qni_merged){a, b, x, y};
     return true;
 }
 
-static void expect_places(const qn_mesh *mesh, const uint32_t pair[2]) {
-    for (int n = 0; n < 2; ++n) {
-        __builtin_prefetch(mesh->positions + 3 * (size_t)pair[n], 1);
-        if (mesh->normals)
-            __builtin_prefetch(mesh->normals + 3 * (size_t)pair[n], 1);
-    }
+static void expect_places(const qn_mesh *mesh, const qni_merged *merged) {
+    const uint32_t vertex[4] = {merged->a, merged->b, merged->x, merged->y};
+    for (int n = 0; n < 4; ++n)
+        __builtin_prefetch(mesh->positions + 3 * (size_t)vertex[n], 1);
+    for (int n = 0; mesh->normals && n < 2; ++n)
+        __builtin_prefetch(mesh->normals + 3 * (size_t)vertex[n], 1);
 }
 
 static void merge_list(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
-    uint32_t pairs[QNI_PLACED_TOGETHER][2];
+    qni_merged merged[QNI_PLACED_TOGETHER];
     int64_t count = 0;
     for (int64_t n = 0; n < list->count; ++n) {
         if (n + AHEAD < list->count)
             __builtin_prefetch(job->mesh->quads + 4 * (size_t)list->items[n + AHEAD]);
-        if (!merge(job, list->items[n], odd, pairs[count], own))
+        if (!merge(job, list->items[n], odd, merged + count, own))
             continue;
-        expect_places(job->mesh, pairs[count]);
+        expect_places(job->mesh, merged + count);
         ++own->merged;
         if (++count < QNI_PLACED_TOGETHER)
             continue;
-        own->unprojected += qni_simplify_place(job, (const uint32_t(*)[2])pairs, count);
+        own->unprojected += qni_simplify_place(job, merged, count);
         count = 0;
     }
-    own->unprojected += qni_simplify_place(job, (const uint32_t(*)[2])pairs, count);
+    own->unprojected += qni_simplify_place(job, merged, count);
 }
 
 /* ---- all of it ------------------------------------------------------------------------------- */

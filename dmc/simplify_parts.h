@@ -35,9 +35,14 @@ qn_status qni_simplify_round(qni_simplifier *job, bool rings, qn_error *error);
 /* [DMC21] section 4.1, steps 2 and 5, in place of the first merges. */
 qn_status qni_simplify_as_paper(qni_simplifier *job, qn_error *error);
 
-/* Put the vertices that were kept to the middle between them and those that went, then back onto
- * the surface; returns how many it did not reach. */
-int64_t qni_simplify_place(const qni_simplifier *job, const uint32_t (*pairs)[2], int64_t count);
+/* Corners of a merged quad: a and b, of which a is kept, then X and Y. */
+typedef struct qni_merged {
+    uint32_t a, b, x, y;
+} qni_merged;
+
+/* Put the vertices that were kept to the middle between them and those that went, and between X and
+ * Y, then back onto the surface; returns how many it did not reach. */
+int64_t qni_simplify_place(const qni_simplifier *job, const qni_merged *merged, int64_t count);
 enum { QNI_PLACED_TOGETHER = 32 };
 
 /* Add the quads round vertices whose valence has come down to 3. */

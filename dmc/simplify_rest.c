@@ -344,8 +344,9 @@ static bool merge(qni_simplifier *job, const candidate *item, qni_numbers *chang
     if (job->mesh->twins)
         qni_close_merge(job->mesh->twins, job->mesh->vertex_halfedges, 4 * item->quad + item->first,
                         a, x, y);
-    const uint32_t pair[1][2] = {{a, b}}, touched[3] = {a, x, y};
-    job->report.unprojected += qni_simplify_place(job, pair, 1);
+    const uint32_t touched[3] = {a, x, y};
+    const qni_merged merged = {a, b, x, y};
+    job->report.unprojected += qni_simplify_place(job, &merged, 1);
     ++job->report.merged_quads;
     memcpy(changed->items + changed->count, touched, sizeof touched);
     changed->count += 3;

@@ -116,11 +116,15 @@ QN_HD_APART int qni_gpu_project(const qni_gpu_args *a, const float normal[3], fl
     return 0;
 }
 
-/* The kept vertex goes to the middle between it and the one that went, then onto the surface. */
-QN_HD_APART void qni_gpu_place_pair(const qni_gpu_args *a, uint32_t kept, uint32_t gone) {
+/* The kept vertex goes to the middle between it and the one that went, and between x and y, then
+ * onto the surface. */
+QN_HD_APART void qni_gpu_place_pair(const qni_gpu_args *a, uint32_t kept, uint32_t gone, uint32_t x,
+                                    uint32_t y) {
     float position[3], normal[3];
     const size_t at = 3 * (size_t)kept;
     qni_middle_of_pair(a->positions, a->normals, kept, gone, position, normal);
+    if (a->reproject)
+        qni_move_between(a->positions, x, y, position);
     const int landed = !a->reproject || qni_gpu_project(a, normal, position);
     if (!landed)
         qni_shared_add(&a->totals->unprojected, 1);
@@ -145,7 +149,7 @@ QN_HD_INLINE void qni_gpu_merge(const qni_gpu_args *a, uint32_t quad, uint32_t k
                    y = corner[(k + 3) & 3];
     const uint32_t ha = 4 * quad + k, from_gone = a->twins[qni_next_side(ha)],
                    to_gone = a->twins[ha ^ 2];
-    qni_gpu_place_pair(a, kept, gone);
+    qni_gpu_place_pair(a, kept, gone, x, y);
     qni_gpu_set_valence(a, kept, 4 | marks);
     qni_gpu_set_valence(a, gone, QNI_VALENCE_GONE);
     qni_shared_add_byte(a->valences, x, -1);
