@@ -31,6 +31,12 @@ void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex);
 /* The quads of the lattice edges of the cell that a vertex was emitted in; how many. */
 int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES]);
 
+/* The four quads that lie round this one, in no order, if it closes a bump round an end of its
+ * lattice edge; and the one on the edge beyond that end, or QNI_UNPAIRED. A guess from the grid: if
+ * the mesh is no longer as it was emitted they may be others. False when some do not exist. */
+bool qni_leaf_index_ring(const qni_leaf_index *index, uint32_t quad, int axis, uint32_t ring[4],
+                         uint32_t *beyond);
+
 /* Pairs of vertex and quad, to be found by the vertex. */
 typedef struct qni_pairs {
     uint32_t *head;      /* [1 << bits]: the first pair of each chain, counted from 1; 0: none */

@@ -107,10 +107,8 @@ static uint32_t side_anew(const packing *p, uint32_t h) {
 
 /* The vertices of a run that stay together, from `from` to `to`, which is not beyond it. */
 static void move_points(float *points, int64_t from, int64_t end, int64_t to) {
-    if (from == to)
-        return;
-    for (int64_t n = 0; n < 3 * (end - from); ++n)
-        points[3 * to + n] = points[3 * from + n];
+    if (from != to)
+        memmove(points + 3 * to, points + 3 * from, (size_t)(end - from) * 3 * sizeof *points);
 }
 
 /* A vertex that went gets the number of the one that was kept, which came before it; unless that is
@@ -127,8 +125,10 @@ static void pack_vertices(const packing *p, int32_t part) {
     int64_t number = p->part[part][0][1], to = first;
     for (int64_t v = first; v < end;) {
         const int64_t from = v;
-        for (; v < end && p->vertex_marks[v] != GONE; ++v)
-            p->renumber[v] = (uint32_t)number++;
+        const uint8_t *gone = memchr(p->vertex_marks + v, GONE, (size_t)(end - v));
+        for (const int64_t stop = gone ? gone - p->vertex_marks : end; v < stop; ++v)
+            p->renumber[v] = (uint32_t)(number + v - from);
+        number += v - from;
         move_points(mesh->positions, from, v, to);
         if (mesh->normals)
             move_points(mesh->normals, from, v, to);

@@ -25,9 +25,12 @@ typedef struct worker {
     int64_t tunnel_count, tunnel_capacity;
     qni_rim_vertex *rims;
     int64_t rim_count, rim_capacity;
+    uint8_t *valences; /* of the row's vertices: how many edges their polygons have */
+    int64_t valence_count, valence_capacity;
     qni_dmc_tally tally;
-    uint8_t simple[256]; /* qni_case_is_simple(), looked up */
-    bool with_tunnels, with_rims, failed;
+    uint8_t simple[256];  /* qni_case_is_simple(), looked up */
+    uint8_t crossed[256]; /* edges of a case */
+    bool with_tunnels, with_rims, with_valences, failed;
 } worker;
 
 static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted,
@@ -46,6 +49,7 @@ static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_
 static bool reserve_leaf(qn_context *context, worker *w) {
     enum { CELLS = QNI_LEAF * QNI_LEAF * QNI_LEAF };
     void *multis = w->multis, *doubled = w->doubled, *tunnels = w->tunnels, *rims = w->rims;
+    void *valences = w->valences;
     const bool good =
         reserve(context, &multis, &w->multi_capacity, w->multi_count + CELLS, sizeof *w->multis) &&
         reserve(context, &doubled, &w->doubled_capacity, w->doubled_count + 3 * CELLS,
@@ -53,11 +57,14 @@ static bool reserve_leaf(qn_context *context, worker *w) {
         reserve(context, &tunnels, &w->tunnel_capacity, w->tunnel_count + CELLS,
                 sizeof *w->tunnels) &&
         (!w->with_rims ||
-         reserve(context, &rims, &w->rim_capacity, w->rim_count + 4 * CELLS, sizeof *w->rims));
+         reserve(context, &rims, &w->rim_capacity, w->rim_count + 4 * CELLS, sizeof *w->rims)) &&
+        (!w->with_valences ||
+         reserve(context, &valences, &w->valence_capacity, w->valence_count + 4 * CELLS, 1));
     w->multis = multis;
     w->doubled = doubled;
     w->tunnels = tunnels;
     w->rims = rims;
+    w->valences = valences;
     return good;
 }
 
@@ -111,6 +118,12 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
     return qni_entry_polygons(*entry);
 }
 
+/* Of a cell that is not simple. */
+static void note_valences(worker *w, int entry, int polygons) {
+    for (int n = 0; n < polygons; ++n)
+        w->valences[w->valence_count++] = (uint8_t)__builtin_popcount(qni_entry_edges(entry, n));
+}
+
 /* The multiple cells of one slice; returns the vertices they add beyond one each. */
 static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9],
                               const int64_t leaf_at[3], int z, uint64_t active, int extra,
@@ -118,10 +131,15 @@ static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9]
     for (uint64_t rest = active; rest; rest &= rest - 1) {
         int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3, entry;
         int case_index = qni_case_of_cell(signs, x, y, z);
-        if (w->simple[case_index])
+        if (w->simple[case_index]) {
+            if (w->with_valences)
+                w->valences[w->valence_count++] = w->crossed[case_index];
             continue;
+        }
         int64_t at[3] = {leaf_at[0] + x, leaf_at[1] + y, leaf_at[2] + z};
         int polygons = resolve_cell(field, at, case_index, w, &entry);
+        if (w->with_valences)
+            note_valences(w, entry, polygons);
         if (polygons < 2)
             continue;
         qni_multi_cell multi = {(uint16_t)(bit + 64 * z), (uint16_t)extra, (uint16_t)entry};
@@ -201,6 +219,7 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     w->doubled_count = 0;
     w->tunnel_count = 0;
     w->rim_count = 0;
+    w->valence_count = 0;
     if (mixed == 0)
         return true;
     row->leaves = qni_alloc(dmc->context, mixed, sizeof *row->leaves);
@@ -229,6 +248,9 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     row->doubled = keep(dmc->context, w->doubled, w->doubled_count, sizeof *row->doubled);
     row->tunnels = keep(dmc->context, w->tunnels, w->tunnel_count, sizeof *row->tunnels);
     row->rims = keep(dmc->context, w->rims, w->rim_count, sizeof *row->rims);
+    row->valences = keep(dmc->context, w->valences, w->valence_count, 1);
+    if (!row->valences && w->valence_count)
+        return false;
     return (row->multis || !w->multi_count) && (row->doubled || !w->doubled_count) &&
            (row->tunnels || !w->tunnel_count) && (row->rims || !w->rim_count);
 }
@@ -253,6 +275,7 @@ void qni_dmc_free_rows(qni_dmc *dmc) {
         qni_free(dmc->context, row->tunnels, row->tunnel_count, sizeof *row->tunnels);
         qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
         qni_free(dmc->context, row->rims, row->rim_count, sizeof *row->rims);
+        qni_free(dmc->context, row->valences, row->vertex_count, 1);
     }
     qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);
     dmc->rows = NULL;
@@ -276,6 +299,7 @@ static void destroy_workers(qni_dmc *dmc, worker *workers, int32_t threads) {
         qni_free(dmc->context, workers[t].tunnels, workers[t].tunnel_capacity,
                  sizeof *workers[t].tunnels);
         qni_free(dmc->context, workers[t].rims, workers[t].rim_capacity, sizeof *workers[t].rims);
+        qni_free(dmc->context, workers[t].valences, workers[t].valence_capacity, 1);
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
 }
@@ -293,8 +317,15 @@ static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
         }
         workers[t].with_tunnels = dmc->with_tunnels;
         workers[t].with_rims = dmc->with_repair && dmc->field.border == 0;
-        for (int c = 0; c < 256; ++c)
+        workers[t].with_valences = dmc->with_valences;
+        for (int c = 0; c < 256; ++c) {
             workers[t].simple[c] = (uint8_t)qni_case_is_simple(c);
+            for (int edge = 0; edge < QNI_EDGES; ++edge) {
+                const int start = qni_edge_start_corner(edge),
+                          end = start | 1 << qni_edge_axis(edge);
+                workers[t].crossed[c] += (uint8_t)((c >> start ^ c >> end) & 1);
+            }
+        }
     }
     return workers;
 }

@@ -63,6 +63,7 @@ typedef struct qni_dmc_row {
     qni_doubled_face *doubled;
     qni_tunnel_cell *tunnels;
     qni_rim_vertex *rims;
+    uint8_t *valences; /* [vertices]: edges of their polygons; only for simplification */
     int32_t leaf_count, multi_count, doubled_count, tunnel_count, rim_count;
     int64_t vertex_count, quad_count;
     int64_t vertex_base, quad_base; /* in the mesh */

@@ -183,19 +183,12 @@ static void emit_vertices(const emission *job, worker *w, const qni_dmc_row *row
                           const qni_dmc_leaf *leaf, const int64_t leaf_at[3]) {
     const qni_multi_cell *multi = row->multis + leaf->multi_base,
                          *multi_end = multi + leaf->multi_count;
-    const uint16_t(*signs)[QNI_LEAF_SAMPLES] = (const uint16_t(*)[QNI_LEAF_SAMPLES])w->signs;
-    uint8_t *valences = job->mesh->twins ? NULL : job->dmc->valences; /* linking knows better */
     int64_t vertex = row->vertex_base + leaf->vertex_base;
     for (int z = 0; z < QNI_LEAF; ++z)
         for (uint64_t rest = leaf->active[z]; rest; rest &= rest - 1) {
             const int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3;
             w->ids.first[z + 1][y + 1][x + 1] = (uint32_t)vertex;
-            if (valences)
-                valences[vertex] = job->link_tables.crossed_edges[qni_case_of_cell(signs, x, y, z)];
             if (multi < multi_end && multi->cell == bit + 64 * z) {
-                for (int n = 0; valences && n < qni_entry_polygons(multi->entry); ++n)
-                    valences[vertex + n] =
-                        (uint8_t)__builtin_popcount(qni_entry_edges(multi->entry, n));
                 w->ids.entry[z + 1][y + 1][x + 1] = multi->entry;
                 vertex += emit_multiple(job, w, leaf_at, x, y, z, multi->entry, vertex);
                 ++multi;
@@ -367,8 +360,8 @@ static bool is_at_border(const emission *job, const qni_leaf_extent *extent, con
     return at_border;
 }
 
-/* Quads round each vertex of the leaf, as linking finds them: its polygon's edges, or 0 where some
- * are on the border of an open lattice and have no quads. Elsewhere they stand already. */
+/* Valences are edges of polygons, as pass 1 found them; but 0 where some of those are on the border
+ * of an open lattice and have no quads. */
 static void mend_valences(const emission *job, worker *w, const qni_dmc_row *row,
                           const qni_dmc_leaf *own, const qni_leaf_extent *extent,
                           const int64_t at[3]) {
@@ -401,8 +394,7 @@ static void link_leaf(const emission *job, worker *w, const qni_dmc_row *row,
         .at_border = at_border,
     };
     qni_quad_ids_note(upper, own->x, at_border, &w->quad_ids);
-    qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges,
-             job->dmc->valences);
+    qni_link(&link, &w->quad_ids, job->mesh->twins, job->mesh->vertex_halfedges);
 }
 
 /* Tell the repair where the quads are that it will split: those of the leaf at x, from split `from`
@@ -436,6 +428,8 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
     find_neighbour_rows(dmc, index, &rows);
     qni_upper_rows_init(dmc, index, &upper);
     int64_t next_split = dmc->repair ? qni_repair_row_split(dmc->repair, index) : 0;
+    if (dmc->valences && row->valences)
+        memcpy(dmc->valences + row->vertex_base, row->valences, (size_t)row->vertex_count);
     for (int32_t n = 0; n < row->leaf_count; ++n) {
         const qni_dmc_leaf *own = row->leaves + n;
         leaf[0] = own->x;
@@ -458,7 +452,7 @@ static void emit_row(const emission *job, int64_t index, worker *w) {
                                      (uint32_t)(row->quad_base + own->quad_base), next_split);
         if (job->mesh->twins)
             link_leaf(job, w, row, own, &extent, at, &upper);
-        else if (dmc->valences)
+        if (dmc->valences)
             mend_valences(job, w, row, own, &extent, at);
     }
 }
@@ -496,6 +490,14 @@ static qn_status emit_rows(const emission *job, worker *workers, int32_t threads
     return QN_OK;
 }
 
+/* They are in the mesh's order now. */
+static void free_valences_of_rows(qni_dmc *dmc) {
+    for (int64_t r = 0; r < dmc->row_count; ++r) {
+        qni_free(dmc->context, dmc->rows[r].valences, dmc->rows[r].vertex_count, 1);
+        dmc->rows[r].valences = NULL;
+    }
+}
+
 qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     const int32_t threads = qn_context_threads(dmc->context);
     double determinant;
@@ -504,7 +506,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     job.reverse = dmc->field.inside_below != (determinant < 0);
     if (mesh->vertex_count == 0)
         return QN_OK;
-    if (mesh->twins || dmc->valences)
+    if (mesh->twins)
         qni_link_prepare(job.reverse, &job.link_tables);
     worker *workers = qni_alloc_zero(dmc->context, threads, sizeof *workers);
     if (!workers)
@@ -518,6 +520,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
         dmc->tally.zero_gradients += workers[t].tally.zero_gradients;
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
+    free_valences_of_rows(dmc);
     if (status == QN_OK && dmc->rim_count > 0)
         dmc->rim_points_left = qni_rim_apply(dmc, &job.frame, job.reverse, mesh);
     if (status == QN_OK && dmc->repair)

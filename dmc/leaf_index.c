@@ -139,20 +139,21 @@ static int64_t leaf_of(const qni_leaf_index *index, uint32_t vertex) {
     return leaf;
 }
 
-/* The leaf one higher along the axes in `shift` (bit 0 x, 1 y, 2 z), or -1. */
-static int64_t upper_leaf(const qni_leaf_index *index, int64_t leaf, int shift) {
+/* The leaf so many further along each axis, or -1. */
+static int64_t leaf_beside(const qni_leaf_index *index, int64_t leaf, int along_x, int along_y,
+                           int along_z) {
     const qni_dmc *dmc = index->dmc;
     const int64_t own_row = index->row[leaf];
-    const int32_t x = index->place[leaf].leaf->x + (shift & 1);
-    int64_t upper = own_row;
-    if (shift > 1) {
+    const int32_t x = index->place[leaf].leaf->x + along_x;
+    int64_t there = own_row;
+    if (along_y || along_z) {
         int32_t yz[2];
         qni_field_row_leaf(&dmc->field, own_row, yz);
-        upper = qni_field_find_row(&dmc->field, yz[0] + (shift >> 1 & 1), yz[1] + (shift >> 2));
-        if (upper < 0)
+        there = qni_field_find_row(&dmc->field, yz[0] + along_y, yz[1] + along_z);
+        if (there < 0)
             return -1;
     }
-    const qni_dmc_row *row = dmc->rows + upper;
+    const qni_dmc_row *row = dmc->rows + there;
     int32_t low = 0, high = row->leaf_count;
     while (low < high) {
         const int32_t middle = low + (high - low) / 2;
@@ -161,8 +162,13 @@ static int64_t upper_leaf(const qni_leaf_index *index, int64_t leaf, int shift) 
         else
             high = middle;
     }
-    return low < row->leaf_count && row->leaves[low].x == x ? (int64_t)index->first[upper] + low
+    return low < row->leaf_count && row->leaves[low].x == x ? (int64_t)index->first[there] + low
                                                             : -1;
+}
+
+/* The leaf one higher along the axes in `shift` (bit 0 x, 1 y, 2 z), or -1. */
+static int64_t upper_leaf(const qni_leaf_index *index, int64_t leaf, int shift) {
+    return leaf_beside(index, leaf, shift & 1, shift >> 1 & 1, shift >> 2);
 }
 
 void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex) {
@@ -218,4 +224,51 @@ int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t 
         __builtin_prefetch(index->quads + 4 * (size_t)quads[count++]);
     }
     return count;
+}
+
+/* The quad of the edge along `axis` from a point, which is counted from the leaf's first and at
+ * most one leaf away. */
+static uint32_t quad_from(const qni_leaf_index *index, int64_t leaf, const int point[3], int axis) {
+    const int bit = (point[0] & 7) + 8 * (point[1] & 7), z = point[2] & 7;
+    if ((point[0] | point[1] | point[2]) & ~7) /* -1 becomes -1, 8 becomes 1 */
+        leaf = leaf_beside(index, leaf, point[0] >> 3, point[1] >> 3, point[2] >> 3);
+    if (leaf < 0)
+        return QNI_UNPAIRED;
+    const qni_leaf_quads *masks = index->place[leaf].quads;
+    const uint64_t mask = masks->mask[axis][z];
+    return mask >> bit & 1 ? index->quad_start[leaf] + masks->before[axis][z] +
+                                 (uint32_t)count_bits(mask & below(bit))
+                           : QNI_UNPAIRED;
+}
+
+/* The quads of the edges that meet at a point across `axis`; whether there are all four. */
+static bool quads_across(const qni_leaf_index *index, int64_t leaf, const int point[3], int axis,
+                         uint32_t quads[4]) {
+    for (int n = 0; n < 4; ++n) {
+        const int along = (axis + 1 + (n & 1)) % 3;
+        int start[3] = {point[0], point[1], point[2]};
+        start[along] -= n >> 1;
+        quads[n] = quad_from(index, leaf, start, along);
+        if (quads[n] == QNI_UNPAIRED)
+            return false;
+    }
+    return true;
+}
+
+/* Its corner 2 was emitted for the cell whose first corner starts the quad's edge. */
+bool qni_leaf_index_ring(const qni_leaf_index *index, uint32_t quad, int axis, uint32_t ring[4],
+                         uint32_t *beyond) {
+    const uint32_t vertex = index->quads[4 * (size_t)quad + 2];
+    if (vertex >= index->vertex_start[index->leaves])
+        return false;
+    const int64_t leaf = leaf_of(index, vertex);
+    const int cell = cell_of(index->place + leaf, (int)(vertex - index->vertex_start[leaf]));
+    int point[3] = {cell & 7, cell >> 3 & 7, cell >> 6};
+    const bool at_start = quads_across(index, leaf, point, axis, ring);
+    ++point[axis];
+    if (!at_start && !quads_across(index, leaf, point, axis, ring))
+        return false;
+    point[axis] -= at_start ? 2 : 0;
+    *beyond = quad_from(index, leaf, point, axis);
+    return true;
 }

@@ -133,11 +133,6 @@ void qni_link_prepare(bool reverse, qni_link_tables *tables) {
                (c >> (qni_edge_start_corner(edge) | 1 << qni_edge_axis(edge)) & 1))
             ++edge;
         tables->first_edge[c] = (uint8_t)edge;
-        for (; edge < QNI_EDGES; ++edge) {
-            const int start = qni_edge_start_corner(edge), end = start | 1 << qni_edge_axis(edge);
-            if ((c >> start & 1) != (c >> end & 1))
-                ++tables->crossed_edges[c];
-        }
     }
 }
 
@@ -290,32 +285,20 @@ static uint32_t lowest_start(const qni_link_tables *tables, const uint32_t *quad
     return lowest;
 }
 
-/* A polygon's quads, 0 when some of its edges have none. */
-static uint8_t valence_at_border(const qni_link_tables *tables, const uint32_t *quad,
-                                 unsigned edges) {
-    for (unsigned rest = edges; rest; rest &= rest - 1)
-        if (quad[tables->edge_place[first_of(rest)]] == QN_NO_HALFEDGE)
-            return 0;
-    return (uint8_t)__builtin_popcount(edges);
-}
-
 /* The vertices of a cell with several polygons, or at the border; how many. */
 static int link_polygons(const qni_link_leaf *job, const uint32_t *quad, int case_index, int entry,
-                         bool at_end, uint32_t *halfedge, uint8_t *valence) {
+                         bool at_end, uint32_t *halfedge) {
     const int polygons = qni_entry_polygons(entry);
     for (int n = 0; n < polygons; ++n) {
         const unsigned edges = qni_entry_edges(entry, n);
         halfedge[n] = job->at_border ? start_at_border(job->tables, quad, entry, n, case_index)
                                      : lowest_start(job->tables, quad, edges, case_index, at_end);
-        if (valence)
-            valence[n] = job->at_border ? valence_at_border(job->tables, quad, edges)
-                                        : (uint8_t)__builtin_popcount(edges);
     }
     return polygons;
 }
 
 static void link_vertices(const qni_link_leaf *job, const uint32_t *quads,
-                          uint32_t *vertex_halfedges, uint8_t *valences) {
+                          uint32_t *vertex_halfedges) {
     const qni_link_tables *tables = job->tables;
     const qni_multi_cell *multi = job->multis, *multi_end = multi + job->leaf->multi_count;
     int64_t vertex = job->first_vertex;
@@ -330,17 +313,13 @@ static void link_vertices(const qni_link_leaf *job, const uint32_t *quads,
                 const int entry =
                     is_multi ? multi->entry : entry_of_single(job, x, y, z, case_index);
                 vertex +=
-                    link_polygons(job, quad, case_index, entry, at_end, vertex_halfedges + vertex,
-                                  valences ? valences + vertex : NULL);
+                    link_polygons(job, quad, case_index, entry, at_end, vertex_halfedges + vertex);
                 multi += is_multi;
                 continue;
             }
             const unsigned edges =
                 at_end ? edges_of_case(case_index) : 1u << tables->first_edge[case_index];
-            vertex_halfedges[vertex] = lowest_start(tables, quad, edges, case_index, at_end);
-            if (valences)
-                valences[vertex] = tables->crossed_edges[case_index];
-            ++vertex;
+            vertex_halfedges[vertex++] = lowest_start(tables, quad, edges, case_index, at_end);
         }
 }
 
@@ -377,10 +356,10 @@ void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const i
 }
 
 void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins,
-              uint32_t *vertex_halfedges, uint8_t *valences) {
+              uint32_t *vertex_halfedges) {
     const uint32_t *quads = &ids->quad[0][0][0][0];
     for (int axis = 0; axis < 3; ++axis)
         for (int z = 0; z < QNI_LEAF; ++z)
             link_faces(job, axis, z, quads, twins);
-    link_vertices(job, quads, vertex_halfedges, valences);
+    link_vertices(job, quads, vertex_halfedges);
 }

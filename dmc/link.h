@@ -45,7 +45,6 @@ typedef struct qni_link_tables {
     uint8_t edge_corner[QNI_EDGES][2]; /* which corner of the edge's quad the cell is, by whether
                                           the edge starts above */
     uint8_t first_edge[256];           /* the lowest crossed edge of each case */
-    uint8_t crossed_edges[256];        /* how many edges of each case are crossed */
     bool reverse;
 } qni_link_tables;
 
@@ -66,12 +65,12 @@ typedef struct qni_link_leaf {
 } qni_link_leaf;
 
 /* Write the twins of all halfedges on the low faces of the leaf's cells, and a halfedge for each of
- * its vertices; unless `valences` is NULL also the quads round each vertex, 0 where some are
- * missing at the border. Every halfedge lies on one face, so no two leaves write the same. */
+ * its vertices. Every halfedge lies on one face, so no two leaves write the same. */
 void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins,
-              uint32_t *vertex_halfedges, uint8_t *valences);
-/* The valences alone, of a leaf at the border of a lattice of `cells`; the leaf's first cell is
- * `at`. `valences` starts at its first vertex. Masks and tables are not needed. */
+              uint32_t *vertex_halfedges);
+/* The quads round each vertex, 0 where some are missing, of a leaf at the border of a lattice of
+ * `cells`; the leaf's first cell is `at`. `valences` starts at its first vertex. Masks and tables
+ * are not needed. */
 void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const int64_t at[3],
                        uint8_t *valences);
 

@@ -56,28 +56,44 @@ int64_t qni_simplify_place(const qni_simplifier *job, const qni_merged *merged, 
 
 /* ---- finding --------------------------------------------------------------------------------- */
 
-/* In three steps, each simple enough for the processor to run ahead: the corners' valences, four
- * bytes a quad; what they say of it; lists of those of which they say anything. */
-static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
-    uint32_t four[BLOCK];
-    uint8_t kind[BLOCK], bytes[4 * BLOCK];
-    uint32_t found[BLOCK + 1];
-    const uint32_t *corner = job->mesh->quads + 4 * from;
-    const uint8_t *valence = job->around.valence;
-    const int64_t count = end - from;
+/* The quads of a block with two opposite corners of valence 3, which all that may go have; without
+ * branches, so that the processor can run ahead. */
+static int64_t find_diagonals(const uint32_t *corner, const uint8_t *valence, int64_t count,
+                              uint32_t *found) {
     int64_t some = 0;
-    for (int64_t n = 0; n < 4 * count; ++n)
-        bytes[n] = valence[corner[n]];
-    for (int64_t n = 0; n < count; ++n)
-        four[n] = bytes[4 * n] | (uint32_t)bytes[4 * n + 1] << 8 |
-                  (uint32_t)bytes[4 * n + 2] << 16 | (uint32_t)bytes[4 * n + 3] << 24;
-    for (int64_t n = 0; n < count; ++n)
-        kind[n] = (uint8_t)(qni_kind_of_valences(four[n] & UINT32_C(0x3f3f3f3f)) |
-                            !qni_are_plain(four[n]) << 2);
-    for (int64_t n = 0; n < count; ++n) {
+    for (int64_t n = 0; n < count; ++n, corner += 4) {
+        const unsigned even = (valence[corner[0]] ^ 3u) | (valence[corner[2]] ^ 3u);
+        const unsigned odd = (valence[corner[1]] ^ 3u) | (valence[corner[3]] ^ 3u);
         found[some] = (uint32_t)n;
-        some += (kind[n] & 3) != QNI_QUAD_STAYS;
+        some += !(even & QNI_VALENCE_MASK) | !(odd & QNI_VALENCE_MASK);
     }
+    return some;
+}
+
+/* What the valences say of the quads found; those of which they say anything stay. */
+static int64_t find_kinds(const uint32_t *corners, const uint8_t *valence, int64_t count,
+                          uint32_t *found, uint8_t *kind) {
+    int64_t some = 0;
+    for (int64_t n = 0; n < count; ++n) {
+        const uint32_t quad = found[n], *corner = corners + 4 * (size_t)quad;
+        const uint32_t four = valence[corner[0]] | (uint32_t)valence[corner[1]] << 8 |
+                              (uint32_t)valence[corner[2]] << 16 |
+                              (uint32_t)valence[corner[3]] << 24;
+        const int own = qni_kind_of_valences(four & UINT32_C(0x3f3f3f3f));
+        found[some] = quad;
+        kind[some] = (uint8_t)(own | !qni_are_plain(four) << 2);
+        some += own != QNI_QUAD_STAYS;
+    }
+    return some;
+}
+
+static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
+    uint32_t found[BLOCK + 1];
+    uint8_t kind[BLOCK + 1];
+    const uint32_t *corners = job->mesh->quads + 4 * from;
+    const uint8_t *valence = job->around.valence;
+    const int64_t some = find_kinds(
+        corners, valence, find_diagonals(corners, valence, end - from, found), found, kind);
     if (!qni_numbers_reserve(job->context, &own->suspects, some))
         return false;
     for (int list = 0; list < LISTS; ++list)
@@ -85,7 +101,7 @@ static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, 
             return false;
     for (int64_t n = 0; n < some; ++n) {
         const int64_t quad = from + found[n];
-        const int as = kind[found[n]];
+        const int as = kind[n];
         qni_numbers *list = qni_is_merge(as) ? own->merges + 2 * job->around.colour[quad] +
                                                    (as == QNI_QUAD_MERGES_13)
                                              : &own->suspects;
@@ -122,8 +138,8 @@ static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) 
 }
 
 /* Take a quad unless a neighbour has taken one of its corners of valence 3. */
-static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd,
-                  qni_merged *merged, part *own) {
+static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd, qni_merged *merged,
+                  part *own) {
     const qni_around *around = &job->around;
     const uint32_t *v = job->mesh->quads + 4 * (size_t)quad;
     size_t k = odd;

@@ -16,6 +16,8 @@ typedef struct candidate {
     uint32_t quad;
     uint32_t corner[4]; /* a, x, b, y of a merge; the outer corners of a ring */
     uint32_t ring[4];
+    uint32_t beyond; /* on the other side of a ring, if guessed; or QNI_UNPAIRED */
+    bool guessed;
     uint8_t valence[4]; /* of the outer corners, when it was looked at */
     uint8_t first;      /* which of the quad's corners a is */
 } candidate;
@@ -111,9 +113,36 @@ static bool may_be_large(const qni_around *around, const uint32_t corner[4], int
     return true;
 }
 
-/* The quads of the ring, by the side of the quad in its middle, and its outer corners. */
-static bool find_ring(const qni_around *around, const uint32_t corner[4], candidate *item) {
-    uint32_t ring_corner[4][4];
+/* Without halfedges the grid can tell at once which quads the ring has, as long as corners are
+ * those that were emitted: quads with two neighbouring corners each make it sure, since no more
+ * than three quads meet at a corner. False when they do not. */
+static bool guess_ring(const qni_around *around, const uint32_t corner[4], candidate *item,
+                       uint32_t ring_corner[4][4]) {
+    uint32_t found[4], of[4][4];
+    if (!around->index || around->colour[item->quad] >= QNI_COLOURS ||
+        !qni_leaf_index_ring(around->index, item->quad, around->colour[item->quad], found,
+                             &item->beyond))
+        return false;
+    for (int n = 0; n < 4; ++n) {
+        if (around->colour[found[n]] == QNI_QUAD_GONE)
+            return false;
+        qni_corners_now(around, found[n], of[n]);
+    }
+    for (int k = 0; k < 4; ++k) {
+        int n = 0;
+        while (n < 4 &&
+               !(qni_has_corner(of[n], corner[k]) && qni_has_corner(of[n], corner[(k + 1) & 3])))
+            ++n;
+        if (n == 4)
+            return false;
+        item->ring[k] = found[n];
+        memcpy(ring_corner[k], of[n], sizeof of[n]);
+    }
+    return true;
+}
+
+static bool ask_for_ring(const qni_around *around, const uint32_t corner[4], candidate *item,
+                         uint32_t ring_corner[4][4]) {
     for (int k = 0; k < 4; k += 2) {
         uint32_t found[2], of[2][4];
         if (!other_two(around, corner[k], item->quad, found, of))
@@ -127,9 +156,39 @@ static bool find_ring(const qni_around *around, const uint32_t corner[4], candid
         memcpy(ring_corner[k], of[after], sizeof of[0]);
         memcpy(ring_corner[(k + 3) & 3], of[1 - after], sizeof of[0]);
     }
+    return true;
+}
+
+/* The quads of the ring, by the side of the quad in its middle, and its outer corners. */
+static bool find_ring(const qni_around *around, const uint32_t corner[4], candidate *item) {
+    uint32_t ring_corner[4][4];
+    item->guessed = guess_ring(around, corner, item, ring_corner);
+    if (!item->guessed && !ask_for_ring(around, corner, item, ring_corner))
+        return false;
     for (int k = 0; k < 4; ++k)
         item->corner[k] = qni_shared_corner(ring_corner[(k + 3) & 3], ring_corner[k], corner[k]);
     return true;
+}
+
+/* Whether another quad joins the outer corners. Where all of them are as they were emitted, it can
+ * only be that of a lattice edge common to their cells. */
+static bool has_rival_quad(const qni_around *around, const candidate *item) {
+    uint32_t round[QNI_VALENCE_LARGEST], other[4];
+    uint8_t marks = 0;
+    for (int k = 0; k < 4; ++k)
+        marks |= around->valence[item->corner[k]];
+    int count = item->beyond != QNI_UNPAIRED;
+    round[0] = item->beyond;
+    if (!item->guessed || marks & (QNI_VALENCE_MERGED | QNI_VALENCE_APART))
+        count = qni_quads_round(around, item->corner[0], round);
+    for (int n = 0; n < count; ++n) {
+        if (around->colour[round[n]] == QNI_QUAD_GONE) /* its corners may be gone, too */
+            continue;
+        qni_corners_now(around, round[n], other);
+        if (qni_joins_all(other, item->corner))
+            return true;
+    }
+    return false;
 }
 
 static bool look_at_ring(const qni_around *around, const uint32_t corner[4], candidate *item) {
@@ -142,14 +201,7 @@ static bool look_at_ring(const qni_around *around, const uint32_t corner[4], can
     }
     if (!qni_may_shrink(corner, item->corner, valence))
         return false;
-    uint32_t round[QNI_VALENCE_LARGEST], other[4];
-    const int count = qni_quads_round(around, item->corner[0], round);
-    for (int n = 0; n < count; ++n) {
-        qni_corners_now(around, round[n], other);
-        if (qni_joins_all(other, item->corner))
-            return false;
-    }
-    return true;
+    return !has_rival_quad(around, item);
 }
 
 /* ---- looking at all suspects ----------------------------------------------------------------- */
@@ -366,7 +418,8 @@ static bool shrink(qni_simplifier *job, const candidate *item, qni_numbers *chan
         around->circle[inner] = inner;
         around->valence[inner] = QNI_VALENCE_GONE;
         around->colour[item->ring[k]] = QNI_QUAD_GONE;
-        --around->valence[item->corner[k]];
+        around->valence[item->corner[k]] =
+            (uint8_t)((around->valence[item->corner[k]] - 1) | QNI_VALENCE_APART);
         corner[k] = item->corner[k];
     }
     if (job->mesh->twins)

@@ -177,13 +177,26 @@ static void load_lattice_part(const qni_field *field, int64_t from, int64_t end,
         out[end - 1 - from] = outside_of(field, out[last - from]);
 }
 
+/* A cell of samples only. */
+static bool load_plain_cell(const qni_field *field, const int64_t cell[3], double corner[8]) {
+    int64_t at[3];
+    for (int a = 0; a < 3; ++a) {
+        at[a] = cell[a] - field->border;
+        if (at[a] < 0 || at[a] + 1 >= field->grid->size[a])
+            return false;
+    }
+    if (!qni_grid_load_plain_cell(field->grid, at, corner))
+        return false;
+    settle_values(field, 8, corner);
+    return true;
+}
+
 void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]) {
     if (field->sparse) {
         qni_sparse_field_load_cell(field, cell, corner);
         return;
     }
-    static const qni_run rows[4] = {{0, 0, 0, 2}, {0, 1, 0, 2}, {0, 0, 1, 2}, {0, 1, 1, 2}};
-    if (qni_field_load_runs(field, cell, 0, 1, rows, 4, corner))
+    if (load_plain_cell(field, cell, corner))
         return;
     for (int n = 0; n < 4; ++n) {
         const int64_t y = cell[1] + (n & 1), z = cell[2] + (n >> 1);

@@ -22,8 +22,9 @@ QN_SCALAR_MAP(LOAD_CONTIGUOUS)
 #undef LOAD_CONTIGUOUS
 
 static bool row_is_plain(const qn_grid *grid, const void *from) {
-    size_t size = qn_scalar_size(grid->scalar);
-    return !grid->swapped && grid->stride[0] == (int64_t)size && (uintptr_t)from % size == 0;
+    const size_t size = qn_scalar_size(grid->scalar); /* a power of two */
+    return !grid->swapped && grid->stride[0] == (int64_t)size &&
+           ((uintptr_t)from & (size - 1)) == 0;
 }
 
 static void scale(const qn_grid *grid, int64_t count, double *out) {
@@ -63,7 +64,7 @@ QN_SCALAR_MAP(LOAD_RUNS)
 /* Rows are aligned when the first is and they lie whole samples apart. */
 static bool runs_are_plain(const qn_grid *grid, const void *from) {
     const int64_t size = (int64_t)qn_scalar_size(grid->scalar);
-    return row_is_plain(grid, from) && grid->stride[1] % size == 0 && grid->stride[2] % size == 0;
+    return row_is_plain(grid, from) && ((grid->stride[1] | grid->stride[2]) & (size - 1)) == 0;
 }
 
 int qni_grid_load_plain_runs(const qn_grid *grid, const int64_t at[3], const qni_run *runs,
@@ -87,6 +88,43 @@ int qni_grid_load_plain_runs(const qn_grid *grid, const int64_t at[3], const qni
         values += runs[r].count;
     scale(grid, values, out);
     return values;
+}
+
+/* In the fewest steps, for points here and there. */
+#define LOAD_CELL(name, type, text)                                                                \
+    static bool load_cell_##name(const qn_grid *grid, const char *from, double corner[8]) {        \
+        const int64_t size = sizeof(type), y = grid->stride[1], z = grid->stride[2];               \
+        if (grid->stride[0] != size || ((int64_t)(uintptr_t)from | y | z) & (size - 1))            \
+            return false;                                                                          \
+        for (int n = 0; n < 4; ++n) {                                                              \
+            const type *row = (const type *)(const void *)(from + (n & 1) * y + (n >> 1) * z);     \
+            corner[2 * n] = (double)row[0];                                                        \
+            corner[2 * n + 1] = (double)row[1];                                                    \
+        }                                                                                          \
+        return true;                                                                               \
+    }
+QN_SCALAR_MAP(LOAD_CELL)
+#undef LOAD_CELL
+
+bool qni_grid_load_plain_cell(const qn_grid *grid, const int64_t at[3], double corner[8]) {
+    const char *from = (const char *)grid->samples + at[0] * grid->stride[0] +
+                       at[1] * grid->stride[1] + at[2] * grid->stride[2];
+    bool good = false;
+    if (grid->swapped)
+        return false;
+    switch (grid->scalar) {
+#define LOAD_CASE(name, type, text)                                                                \
+    case QN_##name:                                                                                \
+        good = load_cell_##name(grid, from, corner);                                               \
+        break;
+        QN_SCALAR_MAP(LOAD_CASE)
+#undef LOAD_CASE
+    case QN_SCALAR_COUNT:
+        break;
+    }
+    if (good)
+        scale(grid, 8, corner);
+    return good;
 }
 
 void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,

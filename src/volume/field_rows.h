@@ -14,6 +14,9 @@ void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int
 int qni_grid_load_plain_runs(const qn_grid *grid, const int64_t at[3], const qni_run *runs,
                              int count, double *out);
 
+/* The eight samples of the cell from sample `at`, likewise; false for 0. */
+bool qni_grid_load_plain_cell(const qn_grid *grid, const int64_t at[3], double corner[8]);
+
 /* A whole tile of plain samples less the iso-value, from sample (i, j, k) on; false when the grid
  * is not contiguous along x, swapped, or scaled, and nothing was done. */
 bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3],
