@@ -187,8 +187,11 @@ typedef struct qni_patch {
     bool united, may_split;
     bool split; /* the first loop is cut in parts: all others */
     int64_t traced_loops;
-    int32_t cuts;     /* tried so far */
-    int32_t dropped;  /* segments without their features */
+    int32_t cuts_left;  /* to be tried */
+    double cut_within;  /* what is cut must lie this near to the surface */
+    bool flat_only;     /* sheets that curve are not followed */
+    int32_t size_cells; /* of a union: how many */
+    int32_t dropped;    /* segments without their features */
     int64_t most_bad; /* a trial: with more flaws than that its triangles do not matter */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */

@@ -59,7 +59,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
         patch->inner_count = 0;
     patch->dropped = 0;
     patch->most_bad = INT64_MAX;
-    patch->split = false;
+    patch->split = patch->flat_only = false;
 }
 
 void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
@@ -76,6 +76,7 @@ void qni_patch_set_union(qni_patch *patch, const qni_cell_box *box) {
     start_box(patch, &lowest, box->size);
     qni_nearby_set_cell(&patch->nearby, &about);
     patch->united = true;
+    patch->size_cells = box->size[0] * box->size[1] * box->size[2];
     patch->may_split = box->split;
 }
 

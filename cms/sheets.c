@@ -191,6 +191,8 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
     memcpy(point, next, sizeof next);
     if (are_flat(patch, sheets, count, point))
         return all_pass(sheets, count, point, 1e-5 * cell);
+    if (patch->flat_only)
+        return false;
     for (int32_t n = 0; n < count; ++n)
         if (!sheets[n].fixed)
             settle(patch, &sheets[n], point);

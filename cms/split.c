@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_DEPTH = 3, MOST_VERTICES = 24, LEAST_SHARP = 2, MOST_CUTS = 40 };
+enum { MOST_DEPTH = 3, MOST_VERTICES = 24, LEAST_SHARP = 2, MOST_FLAT_CUTS = 400, MOST_CUTS = 40 };
 
 /* A cut: from vertex a to vertex b of a loop, by way of an inner point if there is one. Ends that
  * are sharp belong to the part after them where the bit says so, else to the one before. */
@@ -103,6 +103,33 @@ static bool ends_fit(const qni_patch *patch, const qni_loop *loop) {
     return true;
 }
 
+static bool is_near_middle(const qni_patch *patch, const float *const *places, int count) {
+    double middle[3] = {0, 0, 0};
+    for (int n = 0; n < count; ++n)
+        for (int k = 0; k < 3; ++k)
+            middle[k] += (double)places[n][k] / count;
+    return qni_patch_on_surface(patch, middle, patch->cut_within);
+}
+
+/* Do the part's triangles, and its creases, lie on the surface? A crease that is none can have both
+ * its ends on true ones. */
+static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
+    const float *places[3];
+    for (int32_t t = 0; t < loop->triangle_count; ++t) {
+        for (int k = 0; k < 3; ++k)
+            places[k] = qni_patch_place(patch, patch->triangles[loop->triangle_first + t][k]);
+        if (!is_near_middle(patch, places, 3))
+            return false;
+    }
+    places[1] = loop->apex;
+    for (int32_t n = 0; n < loop->count && loop->has_apex; ++n) {
+        places[0] = patch->vertices[loop->first + n].place;
+        if (patch->vertices[loop->first + n].sharp && !is_near_middle(patch, places, 2))
+            return false;
+    }
+    return true;
+}
+
 /* Triangles of a part; false when it does not come out well. */
 static bool finish_part(qni_patch *patch, int64_t part, int depth) {
     qni_loop *loop = &patch->loops[part];
@@ -110,11 +137,11 @@ static bool finish_part(qni_patch *patch, int64_t part, int depth) {
         qni_patch_place_apex(patch, loop, true) != QN_OK)
         return false;
     if (qni_patch_flat(patch, loop, false))
-        return !loop->escaped;
+        return !loop->escaped && lies_on_surface(patch, loop);
     if (loop->escaped)
         return loop->sharp_count >= 2 * LEAST_SHARP && split_loop(patch, part, depth + 1);
     qni_patch_fan(patch, loop);
-    return true;
+    return lies_on_surface(patch, loop);
 }
 
 /* All triangles, each with the numbers that its vertices have in common. */
@@ -128,7 +155,7 @@ static void unify(qni_patch *patch) {
 }
 
 static bool try_cut(qni_patch *patch, int64_t whole, const cut *at, int depth) {
-    if (patch->cuts++ >= MOST_CUTS)
+    if (patch->cuts_left-- <= 0)
         return false;
     const int64_t first = patch->loop_count;
     if (!add_part(patch, whole, at, 0) || !add_part(patch, whole, at, 1))
@@ -163,16 +190,16 @@ static bool try_ends(qni_patch *patch, int64_t whole, cut *at, int depth) {
 
 /* May a cut run between these two? Creases must be left on either side. */
 static bool may_cut(const qni_patch *patch, const qni_loop *loop, int32_t a, int32_t b,
-                    int32_t least) {
+                    bool straight) {
     const qni_loop_vertex *v = patch->vertices + loop->first;
     int32_t between = 0;
     for (int32_t n = a; n <= b; ++n)
         between += v[n].sharp;
     const int32_t beyond = loop->sharp_count - between + v[a].sharp + v[b].sharp;
-    if (between < least || beyond < least)
+    if (between < LEAST_SHARP || beyond < LEAST_SHARP)
         return false;
-    return patch->cuts < MOST_CUTS && b - a > 1 && a + loop->count - b > 1 &&
-           !(v[a].walls & v[b].walls);
+    return patch->cuts_left > 0 && b - a > 1 && a + loop->count - b > 1 &&
+           !(straight && (v[a].walls & v[b].walls));
 }
 
 /* Straight through a sheet: the middle of the chord is near the surface. */
@@ -186,8 +213,8 @@ static bool cut_sheet(qni_patch *patch, int64_t whole, int depth) {
             for (int k = 0; k < 3; ++k)
                 middle[k] = 0.5 * ((double)v[a].place[k] + (double)v[b].place[k]);
             cut at = {a, b, -1, {{false, false}, {false, false}}};
-            if (may_cut(patch, loop, a, b, LEAST_SHARP) &&
-                qni_patch_on_surface(patch, middle, 0.05 * patch->size) &&
+            if (may_cut(patch, loop, a, b, true) &&
+                qni_patch_on_surface(patch, middle, patch->cut_within) &&
                 try_ends(patch, whole, &at, depth))
                 return true;
         }
@@ -228,7 +255,7 @@ static bool cut_crease(qni_patch *patch, int64_t whole, int depth) {
             double point[3];
             if (!leads_sheet(v, count, a) || !leads_sheet(v, count, b))
                 continue;
-            if (!may_cut(patch, loop, a, b, LEAST_SHARP) || patch->cuts++ >= MOST_CUTS ||
+            if (!may_cut(patch, loop, a, b, false) || patch->cuts_left-- <= 0 ||
                 !qni_patch_meet_two(patch, &v[a], &v[b], middle, point) ||
                 !is_inside(patch, point) ||
                 !qni_patch_grow(patch, (void **)&patch->inner, &patch->inner_capacity,
@@ -257,11 +284,21 @@ static bool split_loop(qni_patch *patch, int64_t whole, int depth) {
     return true;
 }
 
+/* What is flat is found by values alone, and may be looked for long; what curves takes tangents. */
 bool qni_patch_split(qni_patch *patch) {
     const marks before = mark(patch);
-    patch->cuts = 0;
-    patch->split = split_loop(patch, 0, 0);
-    if (!patch->split)
-        go_back(patch, &before);
+    const double cell = patch->hermite->lattice.cell, within[2] = {2e-5 * cell, 0.05 * cell};
+    static const int32_t most[2] = {MOST_FLAT_CUTS, MOST_CUTS};
+    const int passes = patch->united && patch->size_cells > 2 ? 1 : 2;
+    patch->split = false;
+    for (int n = 0; n < passes && !patch->split; ++n) {
+        patch->flat_only = n == 0;
+        patch->cut_within = within[n];
+        patch->cuts_left = most[n];
+        patch->split = split_loop(patch, 0, 0);
+        if (!patch->split)
+            go_back(patch, &before);
+    }
+    patch->flat_only = false;
     return patch->split;
 }

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REACHED = -1, MOST_BOXES = 33, CELLS_AROUND = 27 };
+enum { REACHED = -1, MOST_BOXES = 53, CELLS_AROUND = 27 };
 
 static int compare_places(const int32_t a[3], const int32_t b[3]) {
     for (int k = 2; k >= 0; --k)
@@ -248,17 +248,13 @@ static bool box_to_corner(const qni_stages *stages, const qni_trouble *trouble, 
     return box->size[0] * box->size[1] * box->size[2] > 1;
 }
 
-/* All boxes of 2, 4 and 8 cells that hold a cell, the smaller ones first; that to the corner before
- * all others; and those of 2 whose loop may be cut, after them. */
-static int list_boxes(const qni_stages *stages, const qni_trouble *trouble, qni_cell_box *boxes) {
+/* The boxes of 2, 4 and 8 cells that hold a cell, the smaller ones first. */
+static int add_boxes(const qni_trouble *trouble, bool split, qni_cell_box *boxes) {
     int count = 0;
-    boxes[0].split = false;
-    if (trouble->knows_corner && box_to_corner(stages, trouble, &boxes[0]))
-        ++count;
     for (int cells = 2; cells <= 8; cells *= 2)
         for (int doubled = 1; doubled < 8; ++doubled)
             for (int below = 0; below < 8; ++below) {
-                qni_cell_box box = {.split = false};
+                qni_cell_box box = {.split = split};
                 int32_t volume = 1;
                 for (int k = 0; k < 3; ++k) {
                     box.size[k] = 1 + (doubled >> k & 1);
@@ -268,13 +264,19 @@ static int list_boxes(const qni_stages *stages, const qni_trouble *trouble, qni_
                 if (volume == cells && (below & ~doubled) == 0)
                     boxes[count++] = box;
             }
-    for (int wall = 0; wall < 6 && trouble->several; ++wall) {
-        qni_cell_box box = {
-            {trouble->cell[0], trouble->cell[1], trouble->cell[2]}, {1, 1, 1}, true};
-        box.low[wall >> 1] -= wall & 1;
-        box.size[wall >> 1] = 2;
-        boxes[count++] = box;
-    }
+    return count;
+}
+
+/* All boxes that hold a cell; that to the corner before all others; and those whose loop may be
+ * cut, after them. */
+static int list_boxes(const qni_stages *stages, const qni_trouble *trouble, qni_cell_box *boxes) {
+    int count = 0;
+    boxes[0].split = false;
+    if (trouble->knows_corner && box_to_corner(stages, trouble, &boxes[0]))
+        ++count;
+    count += add_boxes(trouble, false, boxes + count);
+    if (trouble->several)
+        count += add_boxes(trouble, true, boxes + count);
     return count;
 }
 

@@ -5,6 +5,7 @@
 #include "solid/node.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { PIECES = 32, MOST_STEPS = 120 };
 static const double tolerance = 1e-14;
@@ -80,6 +81,30 @@ static qn_status single(const walk *way, const double ends[2], double *root_out)
     return bracket(way, (double)low / PIECES, v0, (double)high / PIECES, v1, root_out);
 }
 
+static bool points_back(const double gradient[3], const double along[3]) {
+    return gradient[0] * along[0] + gradient[1] * along[1] + gradient[2] * along[2] < 0;
+}
+
+/* Where faces lie in each other, the branch that is taken at a tie may be active on neither side:
+ * the one that is active a little way off tells which way is out. */
+static qn_status ask_beside(const walk *way, double t, const double along[3], bool enters,
+                            double gradient[3], int32_t *owner) {
+    static const double steps[4] = {1e-9, -1e-9, 1e-6, -1e-6};
+    for (int n = 0; n < 4; ++n) {
+        double point[1][3], other[1][3];
+        int32_t other_owner;
+        place(way, t + (enters ? -steps[n] : steps[n]), point[0]);
+        QN_TRY(way->solid->ops->gradients(way->solid, 1, (const double(*)[3])point, other,
+                                          &other_owner));
+        if (points_back(other[0], along))
+            continue;
+        memcpy(gradient, other[0], sizeof other[0]);
+        *owner = other_owner;
+        break;
+    }
+    return QN_OK;
+}
+
 static qn_status describe(const walk *way, double t, bool enters, qni_crossing *crossing) {
     double point[1][3], gradient[1][3], along[3], back[3] = {1, 0, 0};
     for (int k = 0; k < 3; ++k)
@@ -88,6 +113,8 @@ static qn_status describe(const walk *way, double t, bool enters, qni_crossing *
     place(way, t, point[0]);
     QN_TRY(way->solid->ops->gradients(way->solid, 1, (const double(*)[3])point, gradient,
                                       &crossing->owner));
+    if (points_back(gradient[0], along))
+        QN_TRY(ask_beside(way, t, along, enters, gradient[0], &crossing->owner));
     qni_unit(gradient[0], back, crossing->normal); /* no gradient: straight out along the segment */
     crossing->at = t;
     crossing->enters = enters;

@@ -126,6 +126,29 @@ static void ties_take_the_first(void **state) {
 }
 
 /* A random expression of some depth, safe operations and unsafe ones alike. */
+/* Faces that lie in each other: below z = 1/2 one branch is active, above another, and at 1/2 the
+ * first of those that tie, which points the other way. */
+static void crossings_at_ties_point_out(void **state) {
+    (void)state;
+    static const double low[3] = {0.1, 0.2, 0}, high[3] = {0.1, 0.2, 1};
+    qn_context *context = test_context(1);
+    qn_solid *solid = parse(context, "z var-z\nh const 0.5\nover sub z h\nunder sub h z\n"
+                                     "both min under over\nr max both over\n");
+    for (int turned = 0; turned < 2; ++turned) {
+        qni_crossing found[4];
+        int32_t count = 0;
+        assert_int_equal(solid->ops->crossings(solid, turned ? high : low, turned ? low : high, 4,
+                                               found, &count),
+                         QN_OK);
+        assert_int_equal(count, 1);
+        assert_true(found[0].enters == (turned == 1));
+        assert_float_equal(found[0].at, 0.5, 1e-9);
+        assert_float_equal(found[0].normal[2], 1, 1e-12);
+    }
+    qn_solid_destroy(solid);
+    test_context_end(context);
+}
+
 static void random_text(test_random *random, char *text, size_t size) {
     static const char *const unary[] = {"neg",  "abs", "square", "sqrt", "sin", "cos",  "exp",
                                         "atan", "tan", "asin",   "acos", "ln",  "recip"};
@@ -309,6 +332,7 @@ int main(void) {
         cmocka_unit_test(bad_files_end_in_one_sentence),
         cmocka_unit_test(nan_is_outside),
         cmocka_unit_test(ties_take_the_first),
+        cmocka_unit_test(crossings_at_ties_point_out),
         cmocka_unit_test(random_tapes_keep_all_claims),
         cmocka_unit_test(smooth_tapes_have_exact_gradients),
         cmocka_unit_test(restriction_shortens),
