@@ -82,14 +82,13 @@ static void measure_edge(const float *from, const float *to, const qn_mesh_view 
         length += (b[k] - a[k]) * (b[k] - a[k]);
     length = sqrt(length) / cell;
     const int steps = (int)ceil(4 * length);
-    const double allowed = length > 2 ? 0.1 : 0.2;
     for (int n = 0; n < steps; ++n) {
         double p[3];
         for (int k = 0; k < 3; ++k)
             p[k] = a[k] + (n + 0.5) / steps * (b[k] - a[k]);
         const double off = distance_to_tagged(view, p) / cell;
         ++share->points;
-        share->missing += off > allowed;
+        share->missing += off > 0.1;
         if (off > share->farthest) {
             share->farthest = off;
             memcpy(share->where, p, sizeof p);

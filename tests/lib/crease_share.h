@@ -8,8 +8,7 @@
 
 typedef struct test_crease_share {
     int64_t points, missing; /* a quarter of a cell apart; farther than 0.1 cells from all tagged
-                                edges, or 0.2 where the crease is made of edges of less than two
-                                cells */
+                                edges */
     double farthest;         /* in cells */
     double where[3];         /* the farthest one */
 } test_crease_share;
