@@ -70,11 +70,24 @@ QN_HD static inline void qni_middle_of_pair(const float *positions, const float 
         normal[a] = good ? sum[a] * scale : n[a];
 }
 
+/* A unit normal moved by `share` of the way from that of x to that of y. */
+QN_HD_INLINE void qni_turn_between(const float *normals, uint32_t x, uint32_t y, float share,
+                                   float normal[3]) {
+    const float *n = normals + 3 * (size_t)x, *m = normals + 3 * (size_t)y;
+    float sum[3];
+    for (int a = 0; a < 3; ++a)
+        sum[a] = normal[a] + share * (m[a] - n[a]);
+    const float squares = (sum[0] * sum[0] + sum[1] * sum[1]) + sum[2] * sum[2];
+    const float scale = squares > 1e-6f ? 1 / sqrtf(squares) : 0;
+    for (int a = 0; a < 3 && scale > 0; ++a)
+        normal[a] = sum[a] * scale;
+}
+
 /* From the middle of a merged pair along the line from X to Y until it is equally far from both:
  * the quads beside it become squarer, and where they lie more evenly the interpolant is nearer to
- * what was sampled. */
-QN_HD_INLINE void qni_move_between(const float *positions, uint32_t x, uint32_t y,
-                                   float position[3]) {
+ * what was sampled. The normal turns as it does from X to Y. */
+QN_HD_INLINE void qni_move_between(const float *positions, const float *normals, uint32_t x,
+                                   uint32_t y, float position[3], float normal[3]) {
     const float *p = positions + 3 * (size_t)x, *q = positions + 3 * (size_t)y;
     double way[3], along = 0, squares = 0;
     for (int a = 0; a < 3; ++a) {
@@ -82,8 +95,13 @@ QN_HD_INLINE void qni_move_between(const float *positions, uint32_t x, uint32_t 
         along += way[a] * ((double)position[a] - 0.5 * ((double)p[a] + (double)q[a]));
         squares += way[a] * way[a];
     }
-    for (int a = 0; a < 3 && squares > 0; ++a)
-        position[a] = (float)((double)position[a] - along / squares * way[a]);
+    if (!(squares > 0))
+        return;
+    const double share = -along / squares;
+    for (int a = 0; a < 3; ++a)
+        position[a] = (float)((double)position[a] + share * way[a]);
+    if (normals)
+        qni_turn_between(normals, x, y, (float)share, normal);
 }
 
 #endif

@@ -29,7 +29,8 @@ static void start_landing(const qn_mesh *mesh, const qni_merged *merged, bool mo
     qni_middle_of_pair(mesh->positions, mesh->normals, merged->a, merged->b, landing->position,
                        landing->normal);
     if (move)
-        qni_move_between(mesh->positions, merged->x, merged->y, landing->position);
+        qni_move_between(mesh->positions, mesh->normals, merged->x, merged->y, landing->position,
+                         landing->normal);
     landing->landed = false;
 }
 

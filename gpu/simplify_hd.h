@@ -124,7 +124,7 @@ QN_HD_APART void qni_gpu_place_pair(const qni_gpu_args *a, uint32_t kept, uint32
     const size_t at = 3 * (size_t)kept;
     qni_middle_of_pair(a->positions, a->normals, kept, gone, position, normal);
     if (a->reproject)
-        qni_move_between(a->positions, x, y, position);
+        qni_move_between(a->positions, a->normals, x, y, position, normal);
     const int landed = !a->reproject || qni_gpu_project(a, normal, position);
     if (!landed)
         qni_shared_add(&a->totals->unprojected, 1);
