@@ -178,9 +178,10 @@ static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     }
     mean_of(patch, loop, true, middle);
     const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
-    if ((found && is_inside(patch, point)) ||
-        (!found && qni_patch_cross_sheets(patch, loop, middle, point)))
+    if (found && is_inside(patch, point))
         set_apex(patch, loop, point);
+    else if (!found && qni_patch_cross_sheets(patch, loop, middle, point))
+        set_escaped(patch, loop, point, NULL); /* a corner may lie unseen beyond a wall */
     else
         set_escaped(patch, loop, middle, found ? point : NULL);
 }
