@@ -404,16 +404,23 @@ static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_se
     return status;
 }
 
-/* The box that holds the solid, with a little room so that nothing lies on its sides. */
-static qni_box bounds_of(const qn_solid *solid, const qn_solid_surface_options *options) {
-    qni_box box = solid->box;
+static double extent_of(const qni_box *box) {
     double extent = 0;
     for (int k = 0; k < 3; ++k)
-        extent = fmax(extent, box.high[k] - box.low[k]);
+        extent = fmax(extent, box->high[k] - box->low[k]);
+    return extent;
+}
+
+/* The box that holds the solid, with a little room so that nothing lies on its sides. */
+static qni_box bounds_of(const qn_solid *solid, const qn_solid_surface_options *options,
+                         double *extent) {
+    qni_box box = solid->box;
+    *extent = extent_of(&box);
     for (int k = 0; k < 3; ++k) {
-        box.low[k] = options->has_box ? options->low[k] : box.low[k] - 1e-3 * extent;
-        box.high[k] = options->has_box ? options->high[k] : box.high[k] + 1e-3 * extent;
+        box.low[k] = options->has_box ? options->low[k] : box.low[k] - 1e-3 * *extent;
+        box.high[k] = options->has_box ? options->high[k] : box.high[k] + 1e-3 * *extent;
     }
+    *extent = options->has_box ? extent_of(&box) : *extent;
     return box;
 }
 
@@ -470,8 +477,10 @@ static qn_status lay_lattice(const qni_cms_job *job, const qn_solid_surface_opti
     const int32_t base = options->base ? options->base : 8;
     if (job->samples)
         return qni_lattice_of_samples(lattice, job->solid, base, options->open, error);
-    const qni_box bounds = bounds_of(job->solid, options);
-    return qni_lattice_init(lattice, &bounds, options->depth ? options->depth : 7, base, error);
+    double extent;
+    const qni_box bounds = bounds_of(job->solid, options, &extent);
+    return qni_lattice_init(lattice, &bounds, extent, options->depth ? options->depth : 7, base,
+                            error);
 }
 
 static qni_cms_settings settings_of(const qni_cms_job *job, const qni_lattice *lattice,

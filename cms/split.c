@@ -88,16 +88,19 @@ static bool add_part(qni_patch *patch, int64_t whole, const cut *at, int part) {
 static bool split_loop(qni_patch *patch, int64_t whole, int depth);
 
 /* Do the cut's ends lie on the sheets they were put to? What they know of planes is like what their
- * neighbours on the part know. */
+ * neighbours on the part know; where one knows none, its neighbours are alike. */
 static bool ends_fit(const qni_patch *patch, const qni_loop *loop) {
+    const qni_loop_vertex *v = &patch->vertices[loop->first];
     for (int32_t n = 0; n < loop->count; ++n) {
-        const qni_loop_vertex *a = &patch->vertices[loop->first + n],
-                              *b = &patch->vertices[loop->first + (n + 1) % loop->count];
+        const qni_loop_vertex *a = &v[n], *b = &v[(n + 1) % loop->count];
+        const bool beyond = !b->crossing && !b->has_plane && !b->sharp;
         double likeness = 0;
+        if (beyond)
+            b = &v[(n + 2) % loop->count];
         for (int k = 0; k < 3; ++k)
             likeness += a->normal[k] * b->normal[k];
-        if (!(a->crossing && b->crossing) && a->has_plane && b->has_plane && !a->sharp &&
-            !b->sharp && likeness < patch->settings->crease_cosine)
+        if ((beyond || !(a->crossing && b->crossing)) && a->has_plane && b->has_plane &&
+            !a->sharp && !b->sharp && likeness < patch->settings->crease_cosine)
             return false;
     }
     return true;

@@ -101,7 +101,7 @@ const cli_option_row cli_option_rows[] = {
      "N sweeps that slide the vertices along the surface towards squarer quads (0); 3 to 5 do most of it"},
     {OPTION_MODE, 0, "mode", "dmc|cms", MESH | CSG | REMESH, NULL, "the surfacer: dmc, dual marching cubes (the default of mesh): quads on a uniform lattice; or cms, adaptive cubical marching squares (the default of csg and remesh): triangles, few where it is flat"},
 
-    {OPTION_DEPTH, 0, "depth", "D", CSG | REMESH, "Surface of a solid (csg, remesh, mesh --mode cms)", "at most 2^D finest cells along the longest axis, 3 to 12 (7)"},
+    {OPTION_DEPTH, 0, "depth", "D", CSG | REMESH, "Surface of a solid (csg, remesh, mesh --mode cms)", "2^D finest cells along the longest axis, 1/32 of them room, 3 to 12 (7)"},
     {OPTION_DIM, 0, "dim", "N", CSG | REMESH | SDF, NULL, "so many finest cells along the model's longest side, instead of --depth"},
     {OPTION_VOXEL, 0, "voxel", "LENGTH", CSG | REMESH | SDF, NULL, "the size of the finest cells, instead of --depth"},
     {OPTION_SIGN, 0, "sign", "auto|parity|winding", REMESH | SDF, NULL,

@@ -278,8 +278,9 @@ static bool apply_value(cli_options *options, const cli_option_row *row, const c
     case OPTION_VOXEL:
         return set_positive(row, text, "0.2 (a length above 0)", &options->voxel);
     case OPTION_DIM:
-        good = set_whole(row, text, (1 << QN_MAX_DEPTH) - 3, "128 (5 to 4093)", &options->cells);
-        return good && (options->cells >= 5 || option_wrong(row, text, "128 (5 to 4093)"));
+        good = set_whole(row, text, (int64_t)qn_depth_cells(QN_MAX_DEPTH), "128 (5 to 3968)",
+                         &options->cells);
+        return good && (options->cells >= 5 || option_wrong(row, text, "128 (5 to 3968)"));
     case OPTION_DEPTH:
         good = set_whole(row, text, QN_MAX_DEPTH, "7 (3 to 12)", &whole);
         options->solid.depth = (int32_t)whole;

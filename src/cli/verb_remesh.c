@@ -78,8 +78,8 @@ static int read_model(solid_job *job) {
     return 0;
 }
 
-/* Cells of a given size: as many as 2^depth - 3 fit along the longest side of a box, so the box is
- * made that long, round the model. */
+/* Cells of a given size: a depth has so many along the longest side of a box, so the box is made
+ * that long, round the model. */
 static int set_cell(solid_job *job) {
     const cli_options *options = job->session->options;
     qn_solid_surface_options *surface = &job->surface_options;
@@ -93,16 +93,17 @@ static int set_cell(solid_job *job) {
                         : options->cells ? longest / (double)options->cells
                                          : options->voxel;
     int32_t depth = QN_MIN_DEPTH;
-    while (depth < QN_MAX_DEPTH && cell * ((1 << depth) - 3) < longest)
+    while (depth < QN_MAX_DEPTH && cell * qn_depth_cells(depth) < longest)
         ++depth;
-    if (cell * ((1 << depth) - 3) < longest) {
-        cli_say("--voxel %g: that is more than %d cells along the longest side (%g): take a larger "
-                "one",
-                cell, (1 << QN_MAX_DEPTH) - 3, longest);
+    if (cell * qn_depth_cells(depth) < longest) {
+        cli_say(
+            "--voxel %g: that is more than %.0f cells along the longest side (%g): take a larger "
+            "one",
+            cell, qn_depth_cells(QN_MAX_DEPTH), longest);
         return CLI_USAGE;
     }
     surface->depth = depth;
-    const double grow = 0.5 * (cell * ((1 << depth) - 3) - longest);
+    const double grow = 0.5 * (cell * qn_depth_cells(depth) - longest);
     surface->has_box = true;
     for (int axis = 0; axis < 3; ++axis) {
         const bool is_longest = high[axis] - low[axis] >= longest;

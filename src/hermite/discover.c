@@ -145,7 +145,7 @@ static qn_status enter_leaves(qni_hermite *hermite, qn_error *error) {
     for (int64_t n = 0; n < count; ++n) {
         int32_t place[3];
         for (int k = 0; k < 3; ++k)
-            place[k] = leaves[n][k] + hermite->lattice.shift / QNI_BLOCK;
+            place[k] = leaves[n][k] + hermite->lattice.shift[k] / QNI_BLOCK;
         if (!qni_hermite_enter(hermite, place))
             return qni_fail_memory(error, "Hermite data");
     }

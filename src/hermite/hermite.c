@@ -162,7 +162,7 @@ int qni_hermite_sign(const qni_hermite *hermite, const int32_t point[3]) {
 bool qni_hermite_cell_values(const qni_hermite *hermite, const int32_t cell[3], double corner[8]) {
     int64_t at[3];
     for (int k = 0; k < 3; ++k)
-        at[k] = (int64_t)cell[k] - hermite->lattice.shift;
+        at[k] = (int64_t)cell[k] - hermite->lattice.shift[k];
     return hermite->lattice.samples && qni_sampled_corners(hermite->solid, at, corner);
 }
 

@@ -4,9 +4,16 @@
 #include "core/status.h"
 #include "solid/sampled.h"
 
+#include <qn/surface.h>
+
 #include <math.h>
 
-enum { FLOAT_BITS = 24, LEAST_UNIT_BITS = 4, MOST_UNIT_BITS = 14 };
+enum { FLOAT_BITS = 24, LEAST_CELL_BITS = 4, REFERENCE = 7 /* a depth */ };
+
+/* Of a cell of depth 7, between a plane and 0: 1/15, 2/15, 4/15, 8/15 and so on at greater depths.
+ * The extent is 124 such cells, so where a solid begins at 0, or lies round it, planes are as far
+ * off its sides, middle and quarters, and as far and more off its thirds and fifths. */
+#define ANCHOR (8.0 / 15)
 
 static double largest_magnitude(const qni_box *box) {
     double most = 0;
@@ -19,21 +26,14 @@ static int32_t round_up(int64_t count, int32_t multiple) {
     return (int32_t)((count + multiple - 1) / multiple * multiple);
 }
 
-/* The smallest number of few bits that is at least `least`: times any index of the lattice it is a
- * float. */
-static qn_status choose_unit(double least, double magnitude, double *unit_out, qn_error *error) {
-    const int index_bits = (int)ceil(log2(magnitude / least + 64));
-    int bits = FLOAT_BITS - index_bits;
-    if (bits < LEAST_UNIT_BITS)
+/* Floats must be dense enough for crossings to lie strictly within their edges. */
+static qn_status check_cell(double cell, double magnitude, qn_error *error) {
+    if (log2(8 * magnitude / cell + 64) > FLOAT_BITS - LEAST_CELL_BITS)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "cells of %g at coordinates up to %g are too fine for float coordinates: "
                         "move the solid nearer to the "
                         "origin, or take a smaller depth",
-                        8 * least, magnitude);
-    bits = bits > MOST_UNIT_BITS ? MOST_UNIT_BITS : bits;
-    int exponent;
-    frexp(least, &exponent);
-    *unit_out = ldexp(ceil(ldexp(least, bits - exponent)), exponent - bits);
+                        cell, magnitude);
     return QN_OK;
 }
 
@@ -47,38 +47,43 @@ static qn_status check_box(const qni_box *box, qn_error *error) {
     return QN_OK;
 }
 
-qn_status qni_lattice_init(qni_lattice *lattice, const qni_box *bounds, int32_t depth, int32_t base,
-                           qn_error *error) {
+/* From the last plane of depth 7 with a layer of its cells before the bounds; where cells are
+ * larger, from a root before that. */
+static void lay_axis(qni_lattice *lattice, int k, double coarse, int32_t granule) {
+    const qni_box *bounds = &lattice->bounds;
+    double first = floor(bounds->low[k] / coarse - ANCHOR) - 1;
+    if (first + 1 + ANCHOR > bounds->low[k] / coarse)
+        --first;
+    lattice->step[k] = lattice->cell;
+    lattice->origin[k] = (first + ANCHOR) * coarse;
+    lattice->shift[k] = 0;
+    while (qni_lattice_at(lattice, k, 1) > bounds->low[k])
+        lattice->shift[k] += granule;
+    int64_t count = 2;
+    while (qni_lattice_at(lattice, k, (int32_t)count - 1) <= bounds->high[k])
+        count += qni_lattice_at(lattice, k, (int32_t)count + 63) <= bounds->high[k] ? 64 : 1;
+    lattice->cells[k] = round_up(count, granule);
+}
+
+qn_status qni_lattice_init(qni_lattice *lattice, const qni_box *bounds, double extent,
+                           int32_t depth, int32_t base, qn_error *error) {
     QN_TRY(check_box(bounds, error));
-    double extent = 0;
-    for (int k = 0; k < 3; ++k)
-        extent = fmax(extent, bounds->high[k] - bounds->low[k]);
     if (!(extent > 0) || !isfinite(extent) || extent < 1e-30)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "the box of the solid has no size: give low and high corners");
     const int32_t finest = 1 << depth;
-    double unit = 0;
-    QN_TRY(choose_unit(extent / (finest - 3) / 8, largest_magnitude(bounds), &unit, error));
-    lattice->cell = 8 * unit;
-    lattice->shift = 0;
+    const double coarse = extent / qn_depth_cells(REFERENCE); /* a cell of that depth */
+    lattice->cell = ldexp(coarse, REFERENCE - depth);
     lattice->clearance = 0;
     lattice->samples = false;
     lattice->bounds = *bounds;
     lattice->top = 0;
+    QN_TRY(check_cell(lattice->cell, largest_magnitude(bounds), error));
     while (finest >> lattice->top > base)
         ++lattice->top;
     const int32_t root = 1 << lattice->top;
-    for (int k = 0; k < 3; ++k) {
-        int64_t first = (int64_t)floor((bounds->low[k] / unit - 3) / 8) - 1;
-        while ((double)(8 * (first + 1) + 3) * unit > bounds->low[k])
-            --first;
-        lattice->step[k] = lattice->cell;
-        lattice->origin[k] = (double)(8 * first + 3) * unit;
-        int64_t count = 2;
-        while (qni_lattice_at(lattice, k, (int32_t)count - 1) <= bounds->high[k])
-            count += qni_lattice_at(lattice, k, (int32_t)count + 63) <= bounds->high[k] ? 64 : 1;
-        lattice->cells[k] = round_up(count, root > 8 ? root : 8);
-    }
+    for (int k = 0; k < 3; ++k)
+        lay_axis(lattice, k, coarse, root > 8 ? root : 8);
     return QN_OK;
 }
 
@@ -89,7 +94,6 @@ qn_status qni_lattice_of_samples(qni_lattice *lattice, const qn_solid *solid, in
     enum { MARGIN = 8, MOST_CELLS = 1 << 24 };
     const qni_sample_frame *frame = qni_sampled_frame(solid);
     int32_t most = 0;
-    lattice->shift = MARGIN;
     lattice->samples = true;
     lattice->cell = 0;
     lattice->clearance = 0;
@@ -98,6 +102,7 @@ qn_status qni_lattice_of_samples(qni_lattice *lattice, const qn_solid *solid, in
             return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                             "%d samples along an axis are too many for cms: take dmc",
                             (int)frame->count[k] - 2);
+        lattice->shift[k] = MARGIN;
         lattice->origin[k] = frame->origin[k];
         lattice->step[k] = frame->step[k];
         lattice->cell = fmax(lattice->cell, frame->step[k]);

@@ -9,11 +9,12 @@
 
 /* Plane i of an axis is at the float next to origin + step (i - shift).
  *
- * Where planes may be chosen, that is (8 n + 3) unit: exact in float, and three eighths of a cell
- * off 0, so that planes miss the round coordinates that models are full of. */
+ * Where planes may be chosen, the solid's longest side is 31/32 2^depth cells, and the planes of a
+ * depth are among those of the next one: coarse cells lie in the same place at every depth. They
+ * miss the round coordinates that models are full of. */
 typedef struct qni_lattice {
     double origin[3], step[3];
-    int32_t shift;
+    int32_t shift[3];
     double cell;      /* the largest step */
     double clearance; /* crossings keep this far from lattice points */
     int32_t cells[3]; /* a whole number of roots, and of blocks */
@@ -24,12 +25,13 @@ typedef struct qni_lattice {
 
 static inline double qni_lattice_at(const qni_lattice *lattice, int axis, int32_t plane) {
     return qni_rounded_to_float(lattice->origin[axis] +
-                                lattice->step[axis] * (double)(plane - lattice->shift));
+                                lattice->step[axis] * (double)(plane - lattice->shift[axis]));
 }
 
-/* At most 2^depth cells along the box's longest axis, one layer and more round it included. */
-qn_status qni_lattice_init(qni_lattice *lattice, const qni_box *bounds, int32_t depth, int32_t base,
-                           qn_error *error);
+/* Cells of extent / (31/32 2^depth), one layer and more of them round the bounds: from depth 7 on
+ * no more than 2^depth along an axis in all, when the bounds are little longer than the extent. */
+qn_status qni_lattice_init(qni_lattice *lattice, const qni_box *bounds, double extent,
+                           int32_t depth, int32_t base, qn_error *error);
 /* The lattice of the samples of a solid made from a volume, in its frame, a block of cells and more
  * round it; `open`: cut at the outermost samples. */
 qn_status qni_lattice_of_samples(qni_lattice *lattice, const qn_solid *solid, int32_t base,

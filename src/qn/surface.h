@@ -171,7 +171,8 @@ typedef enum qn_creases {
 
 typedef struct qn_solid_surface_options {
     size_t struct_size;
-    int32_t depth;    /* at most 2^depth finest cells along the longest axis; 0: 7 */
+    int32_t depth;    /* 2^depth finest cells along the longest axis, of which the solid, or its box
+                         when given, measures 31/32: see qn_depth_cells(); 0: 7 */
     int32_t base;     /* coarsest cells along the longest axis, a power of two; 0: 8 */
     double tolerance; /* how far coarse triangles may be from the fine samples, world units; 0: 1/20
                          finest cell */
@@ -192,6 +193,13 @@ static inline void qn_solid_surface_options_init(qn_solid_surface_options *optio
         byte[i] = 0;
     *options = zero;
     options->struct_size = sizeof *options;
+}
+
+/* How many finest cells the longest side of a solid measures, or of its box when that is given. One
+ * depth's cells are halves of the last one's in the same places, so coarse leaves stay where they
+ * are at every depth. */
+static inline double qn_depth_cells(int32_t depth) {
+    return 31.0 / 32 * (double)((int64_t)1 << depth);
 }
 
 /* What happened on the way. */

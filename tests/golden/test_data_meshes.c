@@ -75,10 +75,10 @@ static void set_cells(const qn_solid *solid, int cells, qn_solid_surface_options
     for (int axis = 0; axis < 3; ++axis)
         longest = fmax(longest, high[axis] - low[axis]);
     qn_solid_surface_options_init(options);
-    for (options->depth = QN_MIN_DEPTH; (1 << options->depth) - 3 < cells;)
+    for (options->depth = QN_MIN_DEPTH; qn_depth_cells(options->depth) < cells;)
         ++options->depth;
     const double cell = longest / cells,
-                 grow = 0.5 * (cell * ((1 << options->depth) - 3) - longest);
+                 grow = 0.5 * (cell * qn_depth_cells(options->depth) - longest);
     options->has_box = true;
     for (int axis = 0; axis < 3; ++axis) {
         const double margin = high[axis] - low[axis] >= longest ? grow : 0.01 * cell;

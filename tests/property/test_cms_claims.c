@@ -156,7 +156,7 @@ static void thin_plates_are_closed_and_whole(void **state) {
     (void)state;
     test_random random = {test_seed()};
     const int depth = 5;
-    const double cell = 2.6 / ((1 << depth) - 3);
+    const double cell = 2.6 / qn_depth_cells(depth);
     for (int n = 0; n < 15; ++n) {
         qn_context *context = test_context(1);
         const double thickness = cell * (0.2 + 0.1 * n), half[3] = {0.7, 0.7, 0.5 * thickness};
@@ -181,7 +181,7 @@ static void plates_keep_their_rims(void **state) {
     (void)state;
     test_random random = {test_seed()};
     const int depth = 6;
-    const double cell = 2.6 / ((1 << depth) - 3);
+    const double cell = 2.6 / qn_depth_cells(depth);
     double least = 1, most = 1;
     for (int64_t n = 0; n < test_count(8, 100); ++n) {
         qn_context *context = test_context(2);

@@ -95,7 +95,7 @@ static void add_mesh(const scene *s, const qn_mesh *mesh, error_sum *sums) {
             }
         for (int k = 0; k < 3; ++k) {
             cell[k] = (int32_t)floor((middle[k] - lattice->origin[k]) / lattice->step[k]) +
-                      lattice->shift;
+                      lattice->shift[k];
         }
         add_triangle(s, &sums[cell_number(lattice, cell)], (const double(*)[3])t);
     }
@@ -226,7 +226,7 @@ static void run_scene(experiment *e, int64_t number) {
     }
     qni_lattice lattice;
     qni_hermite hermite;
-    assert_int_equal(qni_lattice_init(&lattice, &box, e->depth, 8, NULL), QN_OK);
+    assert_int_equal(qni_lattice_init(&lattice, &box, extent, e->depth, 8, NULL), QN_OK);
     assert_int_equal(qni_hermite_create(context, solid, &lattice, &hermite, NULL), QN_OK);
     test_distance_tree *surface = tetrahedra_surface(context, &three);
     scene s = {&hermite, surface, {NULL}};
