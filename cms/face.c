@@ -174,10 +174,9 @@ static bool solve_pairing(const qni_face_job *job, qni_face_solution *solution) 
     return false;
 }
 
-/* The Hermite rule of two pairings: the one whose features do not cross; else the one whose
- * tangents clearly fit; else the values at the corners. */
-static void solve_ambiguous(qni_face_job *job, qni_face_solution *solution) {
-    const int apart = job->points[0].enters ? 0 : 1; /* cuts off the inside arcs */
+/* The Hermite rule: of two pairings the one whose features do not cross; else the one whose
+ * tangents clearly fit; else by the values at the corners. */
+static bool outside_joins_by_features(qni_face_job *job, qni_face_solution *solution, int apart) {
     double cost[2];
     bool clean[2];
     for (int way = 0; way < 2; ++way) {
@@ -186,18 +185,25 @@ static void solve_ambiguous(qni_face_job *job, qni_face_solution *solution) {
         cost[way] = qni_pairing_cost(job);
     }
     const double size = job->high[0] - job->low[0], slack = 1e-9 * size;
-    int way;
+    if (clean[0] != clean[1])
+        return clean[0];
+    if (2 * cost[0] + slack < cost[1])
+        return true;
+    if (2 * cost[1] + slack < cost[0])
+        return false;
+    return qni_outside_is_joined(job);
+}
+
+/* Samples have their own rule; a solid is asked, and only where it does not show which pairing is
+ * right the features are. */
+static void solve_ambiguous(qni_face_job *job, qni_face_solution *solution) {
+    const int apart = job->points[0].enters ? 0 : 1; /* cuts off the inside arcs */
+    bool outside;
     if (job->settings->scalar && job->face->level == 0)
-        way = qni_outside_is_joined(job) ? 0 : 1;
-    else if (clean[0] != clean[1])
-        way = clean[0] ? 0 : 1;
-    else if (2 * cost[0] + slack < cost[1])
-        way = 0;
-    else if (2 * cost[1] + slack < cost[0])
-        way = 1;
-    else
-        way = qni_outside_is_joined(job) ? 0 : 1;
-    qni_pair_neighbors(job, way == 0 ? apart : 1 - apart);
+        outside = qni_outside_is_joined(job);
+    else if (!job->settings->features || !qni_face_joins(job, &outside))
+        outside = outside_joins_by_features(job, solution, apart);
+    qni_pair_neighbors(job, outside ? apart : 1 - apart);
     solution->unresolved = false;
     solve_pairing(job, solution);
 }

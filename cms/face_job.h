@@ -116,6 +116,9 @@ bool qni_pair_is_plain(const qni_face_job *job, const qni_face_point *enter,
 void qni_pair_neighbors(qni_face_job *job, int shift);
 void qni_pair_by_cost(qni_face_job *job);
 double qni_pairing_cost(const qni_face_job *job);
+/* Of four crossings, does the inside hang together across the face, or the outside? False when
+ * neither is found (face_way.c). */
+bool qni_face_joins(const qni_face_job *job, bool *outside);
 /* The rule on the values at the corners: are the outside corners joined? */
 bool qni_outside_is_joined(const qni_face_job *job);
 

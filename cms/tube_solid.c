@@ -6,28 +6,19 @@
  * hangs together inside the cell: a way through samples of that sign, whose every step crosses no
  * surface. Cells whose discs lie on the surface are not asked: thin walls have many of them. */
 #include "cms/cms.h"
+#include "cms/way.h"
 #include "core/cube_hd.h"
 
 #include <math.h>
 #include <string.h>
 
-enum {
-    SIDE = 8,
-    SAMPLES = SIDE * SIDE * SIDE,
-    MOST_LOOPS = 16,
-    MOST_ON_EDGE = 32,
-    MOST_TRIES = 40
-};
+enum { MOST_LOOPS = 16, MOST_ON_EDGE = 32 };
 
 static const double most_off = 0.03; /* of a cell: how far discs may be from the surface */
 
 typedef struct way_job {
     const qni_patch *patch;
-    bool inside[SAMPLES];
-    bool blocked[3]
-                [SAMPLES]; /* the step from a sample to the next along an axis meets the surface */
-    int16_t before[SAMPLES]; /* on the way from the first loop; -1: not reached, itself: a start */
-    bool end[SAMPLES];
+    qni_way way;
     int parent[QNI_CORNERS +
                2 * MOST_LOOPS]; /* border regions: corners, then the loops' two sides */
 } way_job;
@@ -88,21 +79,13 @@ static void join_border(way_job *job) {
 
 /* ---- samples --------------------------------------------------------------------------------- */
 
-static void place_of(const way_job *job, int sample, double point[3]) {
-    const int at[3] = {sample % SIDE, sample / SIDE % SIDE, sample / SIDE / SIDE};
-    for (int k = 0; k < 3; ++k) {
-        const double low = (double)job->patch->low[k], high = (double)job->patch->high[k];
-        point[k] = low + (high - low) * at[k] / (SIDE - 1);
-    }
-}
-
 static bool take_samples(way_job *job) {
-    double points[SAMPLES][3];
-    for (int n = 0; n < SAMPLES; ++n)
-        place_of(job, n, points[n]);
-    memset(job->blocked, 0, sizeof job->blocked);
-    return qni_solid_inside(job->patch->solid, SAMPLES, (const double(*)[3])points, job->inside) ==
-           QN_OK;
+    double low[3], high[3];
+    for (int k = 0; k < 3; ++k) {
+        low[k] = (double)job->patch->low[k];
+        high[k] = (double)job->patch->high[k];
+    }
+    return qni_way_init(&job->way, job->patch->solid, low, high);
 }
 
 /* The samples next to a loop on one of its sides; false when there is none. */
@@ -116,104 +99,41 @@ static bool mark_beside(const way_job *job, int loop, bool inside, bool *marks) 
         int sample = 0;
         for (int k = 2; k >= 0; --k) {
             const double low = (double)patch->low[k], high = (double)patch->high[k];
-            const double along = (SIDE - 1) * ((double)vertex->place[k] - low) / (high - low);
+            const double along =
+                (QNI_WAY_SIDE - 1) * ((double)vertex->place[k] - low) / (high - low);
             const bool up = vertex->crossing->enters == inside;
             const int at = (int)(k != vertex->crossing->axis ? floor(along + 0.5)
                                  : up                        ? ceil(along)
                                                              : floor(along));
-            sample = SIDE * sample + (at < 0 ? 0 : at >= SIDE ? SIDE - 1 : at);
+            sample = QNI_WAY_SIDE * sample + (at < 0               ? 0
+                                              : at >= QNI_WAY_SIDE ? QNI_WAY_SIDE - 1
+                                                                   : at);
         }
-        if (job->inside[sample] == inside)
+        if (job->way.inside[sample] == inside)
             marks[sample] = any = true;
     }
     return any;
 }
 
-/* ---- the way --------------------------------------------------------------------------------- */
-
-static bool is_on_border(int sample) {
-    for (int axis = 0; axis < 3; ++axis, sample /= SIDE)
-        if (sample % SIDE == 0 || sample % SIDE == SIDE - 1)
-            return true;
-    return false;
-}
-
-/* Breadth first, or along the border alone; the first end that is reached, or -1. */
-static int search(way_job *job, bool inside, const bool *starts, bool border) {
-    int16_t queue[SAMPLES];
-    int head = 0, tail = 0;
-    for (int n = 0; n < SAMPLES; ++n) {
-        job->before[n] = starts[n] ? (int16_t)n : -1;
-        if (starts[n])
-            queue[tail++] = (int16_t)n;
-    }
-    while (head < tail) {
-        const int here = queue[head++];
-        if (job->end[here])
-            return here;
-        for (int axis = 0, stride = 1; axis < 3; ++axis, stride *= SIDE)
-            for (int up = 0; up < 2; ++up) {
-                const int at = here / stride % SIDE, low = up ? here : here - stride;
-                if (at == (up ? SIDE - 1 : 0))
-                    continue;
-                const int next = up ? here + stride : low;
-                if (job->before[next] >= 0 || job->inside[next] != inside ||
-                    job->blocked[axis][low] || (border && !is_on_border(next)))
-                    continue;
-                job->before[next] = (int16_t)here;
-                queue[tail++] = (int16_t)next;
-            }
-    }
-    return -1;
-}
-
-/* Does any step of the way meet the surface? The first that does is blocked. */
-static bool way_is_clear(way_job *job, int end) {
-    const qn_solid *solid = job->patch->solid;
-    for (int here = end; job->before[here] != here; here = job->before[here]) {
-        const int next = job->before[here], low = here < next ? here : next;
-        const int step = (here < next ? next : here) - low;
-        const int axis = step == 1 ? 0 : step == SIDE ? 1 : 2;
-        double a[3], b[3];
-        qni_crossing found[4];
-        int32_t count = 0;
-        place_of(job, low, a);
-        place_of(job, low + step, b);
-        if (solid->ops->crossings(solid, a, b, 4, found, &count) == QN_OK && count == 0)
-            continue;
-        job->blocked[axis][low] = true;
-        return false;
-    }
-    return true;
-}
-
-/* The end of a clear way, or -1. */
-static int find_way(way_job *job, bool inside, const bool *starts, bool border) {
-    for (int n = 0; n < MOST_TRIES; ++n) {
-        const int end = search(job, inside, starts, border);
-        if (end < 0 || way_is_clear(job, end))
-            return end;
-    }
-    return -1;
-}
-
 /* A way on the border means that the faces do not show all there is: a notch that misses the cell's
  * edges, not a tunnel. */
 static bool are_joined(way_job *job, const int loops[2], bool inside, double middle[3]) {
-    bool starts[SAMPLES] = {false};
-    memset(job->end, 0, sizeof job->end);
+    qni_way *way = &job->way;
+    bool starts[QNI_WAY_SAMPLES] = {false};
+    memset(way->end, 0, sizeof way->end);
     if (!mark_beside(job, loops[0], inside, starts) ||
-        !mark_beside(job, loops[1], inside, job->end) || find_way(job, inside, starts, true) >= 0)
+        !mark_beside(job, loops[1], inside, way->end) ||
+        qni_way_find(way, inside, starts, true) >= 0)
         return false;
-    const int end = find_way(job, inside, starts, false);
+    const int end = qni_way_find(way, inside, starts, false);
     if (end < 0)
         return false;
     int steps = 0, here = end;
-    for (; job->before[here] != here; here = job->before[here])
+    for (; way->before[here] != here; here = way->before[here])
         ++steps;
     for (here = end; steps > 1; steps -= 2)
-        here = job->before[here];
-    place_of(job, here, middle);
+        here = way->before[here];
+    qni_way_point(way, here, middle);
     return true;
 }
 
