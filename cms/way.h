@@ -4,7 +4,7 @@
 #ifndef QNI_CMS_WAY_H
 #define QNI_CMS_WAY_H
 
-#include "solid/solid.h"
+#include "hermite/hermite.h"
 
 enum { QNI_WAY_SIDE = 8, QNI_WAY_SAMPLES = QNI_WAY_SIDE * QNI_WAY_SIDE * QNI_WAY_SIDE };
 
