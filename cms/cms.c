@@ -4,6 +4,7 @@
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
+#include "mesh/flat.h"
 #include "mesh/mesh.h"
 
 #include <math.h>
@@ -448,8 +449,8 @@ static qn_status cut_at_bounds(const qni_hermite *hermite, qn_solid **cut_out, q
 static bool lies_within(const qn_solid *solid, const qni_box *bounds) {
     bool within = solid->ends_in_box;
     for (int k = 0; k < 3; ++k)
-        within = within && solid->box.low[k] >= bounds->low[k] &&
-                 solid->box.high[k] <= bounds->high[k];
+        within =
+            within && solid->box.low[k] >= bounds->low[k] && solid->box.high[k] <= bounds->high[k];
     return within;
 }
 
@@ -499,6 +500,26 @@ static qni_cms_settings settings_of(const qni_cms_job *job, const qni_lattice *l
     return settings;
 }
 
+/* Flat is what lies in a plane up to how crossings are rounded and corners found. */
+static qn_status merge_flat(qn_context *context, double cell, qn_mesh **mesh,
+                            qn_solid_surface_report *report, qn_error *error) {
+    const double start = qni_seconds();
+    double most = 0;
+    for (int64_t n = 0; n < 3 * (*mesh)->vertex_count; ++n)
+        most = fmax(most, fabs((double)(*mesh)->positions[n]));
+    qni_flat_report flat;
+    const qn_status status =
+        qni_mesh_merge_flat(context, mesh, 1e-5 * cell + ldexp(most, -23), &flat, error);
+    report->flat_vertices = flat.dropped_vertices;
+    report->kept_regions = flat.kept_regions;
+    report->seconds_cms += qni_seconds() - start;
+    if (status != QN_OK) {
+        qn_mesh_destroy(*mesh);
+        *mesh = NULL;
+    }
+    return status;
+}
+
 qn_status qni_cms_surface(qn_context *context, const qni_cms_job *job,
                           const qn_solid_surface_options *options, qn_mesh **mesh_out,
                           qn_solid_surface_report *report, qn_error *error) {
@@ -510,9 +531,10 @@ qn_status qni_cms_surface(qn_context *context, const qni_cms_job *job,
     QN_TRY(qni_hermite_create(context, job->solid, &lattice, &hermite, error));
     report->seconds_sampling = qni_seconds() - start;
     const qni_cms_settings settings = settings_of(job, &lattice, options);
-    const qn_status status =
-        surface_of_crossings(&hermite, &settings, options, mesh_out, report, error);
+    qn_status status = surface_of_crossings(&hermite, &settings, options, mesh_out, report, error);
     qni_hermite_destroy(&hermite);
+    if (status == QN_OK && settings.features && !options->uniform && !options->keep_flat)
+        status = merge_flat(context, lattice.cell, mesh_out, report, error);
     if (status != QN_OK)
         return status;
     report->vertices = (*mesh_out)->vertex_count;

@@ -118,6 +118,7 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_CURVATURE, 0, "curvature", NULL, MESH | CSG | REMESH | CONVERT, NULL, "write mean and Gaussian curvature at vertices: mean_curvature and gaussian_curvature in PLY files"},
     {OPTION_CREASES, 0, "creases", "auto|on|off", MESH, NULL, "volumes in mode cms: have the samples sharp edges? auto says so of distances: level sets, and floats below 0 inside whose slopes are of unit length"},
     {OPTION_BOX, 0, "box", "X,Y,Z,X,Y,Z", CSG, NULL, "low and high corner: the solid is cut there"},
+    {OPTION_KEEP_FLAT, 0, "keep-flat", NULL, MESH | CSG | REMESH, NULL, "leave flat parts divided as the octree is, for triangles of even shape: else they have as few as their outlines need"},
     {OPTION_NO_FEATURES, 0, "no-features", NULL, MESH | CSG | REMESH, NULL, "plain marching cubes: no sharp edges"},
     {OPTION_UNIFORM, 0, "uniform", NULL, MESH | CSG | REMESH, NULL, "finest cells only"},
     {OPTION_SMOOTH, 0, "smooth-primitives", NULL, CSG, NULL, "round spheres and cylinders where OpenSCAD has facets"},

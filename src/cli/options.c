@@ -145,6 +145,9 @@ static void apply_flag(cli_options *options, const cli_option_row *row) {
     case OPTION_QUIET:
         options->quiet = true;
         break;
+    case OPTION_KEEP_FLAT:
+        options->solid.keep_flat = true;
+        break;
     case OPTION_NO_FEATURES:
         options->solid.no_features = true;
         break;

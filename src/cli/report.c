@@ -167,6 +167,8 @@ static void set_solid_integers(json_t *object, const qn_solid_surface_report *s)
         {"reaching_corners", s->reaching_corners},
         {"united_cells", s->united_cells},
         {"split_loops", s->split_loops},
+        {"flat_vertices", s->flat_vertices},
+        {"kept_regions", s->kept_regions},
         {"multiple_cells", s->multiple_cells},
         {"moved_loops", s->moved_loops},
         {"nested_cells", s->nested_cells},

@@ -32,4 +32,9 @@ void qni_box_tree_destroy(qni_check *check, qni_box_tree *tree);
 qn_status qni_count_crossings(qni_check *check, const qni_box_tree *tree, qni_check_span span,
                               const uint8_t *wanted, uint8_t *marks, int64_t *count_out);
 
+/* The same for a mesh that is not being checked; `marks`, a byte a vertex, are cleared first. */
+qn_status qni_mesh_crossings(qn_context *context, const qn_mesh_view *mesh, const char *stage,
+                             const uint8_t *wanted, uint8_t *marks, int64_t *count_out,
+                             qn_error *error);
+
 #endif

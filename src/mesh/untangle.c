@@ -17,55 +17,23 @@
 
 enum { SEARCH_REACH = 2, MEND_REACH = 3, FIRST_PUSH = 5, MOST_ROUNDS = 32, PATIENCE = 12 };
 
-/* ---- finding --------------------------------------------------------------------------------- */
-
-static void note_places(const qni_mesh_part *part, uint8_t *flags, qn_mesh_report *report) {
-    for (int a = 0; a < 3; ++a) {
-        report->bounds[0][a] = INFINITY;
-        report->bounds[1][a] = -INFINITY;
-    }
-    for (int64_t v = 0; v < part->vertex_count; ++v) {
-        const float *p = part->positions + 3 * v;
-        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) {
-            flags[v] = QNI_VERTEX_NONFINITE;
-            continue;
-        }
-        for (int a = 0; a < 3; ++a) {
-            report->bounds[0][a] = fmin(report->bounds[0][a], (double)p[a]);
-            report->bounds[1][a] = fmax(report->bounds[1][a], (double)p[a]);
-        }
-    }
+static qn_mesh_view view_of(const qni_mesh_part *part) {
+    qn_mesh_view view;
+    memset(&view, 0, sizeof view);
+    view.vertex_count = part->vertex_count;
+    view.quad_count = part->quad_count;
+    view.positions = part->positions;
+    view.quads = part->quads;
+    return view;
 }
 
-/* Count the crossing pairs of a part that have a wanted corner (NULL: any); `marks` become those of
- * their triangles' corners. */
+/* The crossing pairs of a part that have a wanted corner (NULL: any); `marks` become those of their
+ * triangles' corners. */
 static qn_status find_crossings(qn_context *context, const qni_mesh_part *part,
                                 const uint8_t *wanted, uint8_t *marks, int64_t *count_out,
                                 qn_error *error) {
-    qn_mesh_report report;
-    memset(&report, 0, sizeof report);
-    memset(marks, 0, (size_t)part->vertex_count);
-    qni_check check = {.context = context, .report = &report, .error = error, .stage = "untangle"};
-    check.mesh.vertex_count = part->vertex_count;
-    check.mesh.quad_count = part->quad_count;
-    check.mesh.positions = part->positions;
-    check.mesh.quads = part->quads;
-    check.vertex_flags = qni_alloc_zero(context, part->vertex_count, 1);
-    if (!check.vertex_flags)
-        return qni_fail_memory(error, "the search for crossings");
-    note_places(part, check.vertex_flags, &report);
-    qn_status status = qni_diagonals_choose(context, &check.mesh, &check.diagonals, error);
-    const qni_check_span building = {0, 0.2}, pairing = {0.2, 1};
-    qni_box_tree tree;
-    if (status == QN_OK)
-        status = qni_box_tree_create(&check, building, &tree);
-    if (status == QN_OK) {
-        status = qni_count_crossings(&check, &tree, pairing, wanted, marks, count_out);
-        qni_box_tree_destroy(&check, &tree);
-    }
-    qni_diagonals_free(&check.diagonals);
-    qni_free(context, check.vertex_flags, part->vertex_count, 1);
-    return status;
+    const qn_mesh_view view = view_of(part);
+    return qni_mesh_crossings(context, &view, "untangle", wanted, marks, count_out, error);
 }
 
 /* ---- moving ---------------------------------------------------------------------------------- */
@@ -192,16 +160,6 @@ typedef struct work {
     uint8_t *marks;      /* [whole.vertex_count]: corners of crossing triangles */
     qni_untangle_report *report;
 } work;
-
-static qn_mesh_view view_of(const qni_mesh_part *part) {
-    qn_mesh_view view;
-    memset(&view, 0, sizeof view);
-    view.vertex_count = part->vertex_count;
-    view.quad_count = part->quad_count;
-    view.positions = part->positions;
-    view.quads = part->quads;
-    return view;
-}
 
 /* The quads within reach of the marks. */
 static qn_status cut_part(const work *w, int reach, qni_mesh_part *part, qn_error *error) {

@@ -184,6 +184,7 @@ typedef struct qn_solid_surface_options {
     bool open; /* no caps where the box cuts the solid: the surface ends at the last lattice plane
                   in the box; of a volume, at its outermost samples */
     qn_creases creases;
+    bool keep_flat; /* leave flat parts and straight edges divided as the octree is, not merged */
 } qn_solid_surface_options;
 
 static inline void qn_solid_surface_options_init(qn_solid_surface_options *options) {
@@ -241,9 +242,11 @@ typedef struct qn_solid_surface_report {
     int64_t lost_tubes; /* tubes for which no way without a crossing was found: left as two discs */
     bool rounded; /* a volume whose matrix is oblique, or whose coordinates are large for its cells:
                    * vertices were rounded to floats again when they were moved to the world */
-    int64_t united_cells; /* boxes of 2 to 8 finest cells made as one, since a corner or crease
-                           * pokes through a wall between them where no lattice edge tells */
-    int64_t split_loops;  /* loops cut in parts, since they hold several corners or creases */
+    int64_t united_cells;  /* boxes of 2 to 8 finest cells made as one, since a corner or crease
+                            * pokes through a wall between them where no lattice edge tells */
+    int64_t split_loops;   /* loops cut in parts, since they hold several corners or creases */
+    int64_t flat_vertices; /* dropped within flat parts and along straight edges between them */
+    int64_t kept_regions; /* flat parts left divided, since merged ones would meet other surfaces */
 } qn_solid_surface_report;
 
 /* Extract the surface of a solid by adaptive Cubical Marching Squares: triangles wound
