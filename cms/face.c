@@ -84,17 +84,32 @@ static qni_face_feature *add_feature(const qni_face_job *job, qni_face_solution 
     return feature;
 }
 
-/* A segment between two crossings of one side would lie in the edge: it bends into the face, the
- * less the shorter it is, so that nested ones stay apart. */
+/* How far from a point of one side the surface is, straight across the face; `most` when it is
+ * farther. */
+static double depth_of_trace(const qni_face_job *job, const double at[2], int across, bool from_low,
+                             double most) {
+    double end[2] = {at[0], at[1]}, a[3], b[3];
+    qni_crossing found[1];
+    int32_t count = 0;
+    end[across] += from_low ? most : -most;
+    qni_face_to_space(job, at, a);
+    qni_face_to_space(job, end, b);
+    const qn_status status = job->solid->ops->crossings(job->solid, a, b, 1, found, &count);
+    return status == QN_OK && count > 0 ? most * found[0].at : most;
+}
+
+/* A segment between two crossings of one side would lie in the edge: it bends into the face, to
+ * where the surface is, and the less the shorter it is, so that nested ones stay apart. */
 static void add_bend(const qni_face_job *job, qni_face_solution *solution, qni_segment *segment,
                      const qni_face_point *a, const qni_face_point *b, double share) {
     const int side = a->side, along = side & 1, across = 1 - along;
-    const double middle = 0.5 * (a->line.at[along] + b->line.at[along]);
-    const double depth = share * fabs(a->line.at[along] - b->line.at[along]);
     const bool from_low = side == 0 || side == 3;
-    double at[2];
-    at[along] = middle;
-    at[across] = from_low ? job->low[across] + depth : job->high[across] - depth;
+    double at[2], depth = share * fabs(a->line.at[along] - b->line.at[along]);
+    at[along] = 0.5 * (a->line.at[along] + b->line.at[along]);
+    at[across] = from_low ? job->low[across] : job->high[across];
+    if (job->settings->features && !job->settings->scalar)
+        depth = depth_of_trace(job, at, across, from_low, depth);
+    at[across] += from_low ? depth : -depth;
     const float inside[2] = {qni_between(at[0], job->low_float[0], job->high_float[0]),
                              qni_between(at[1], job->low_float[1], job->high_float[1])};
     add_feature(job, solution, segment, inside, false);
