@@ -204,7 +204,7 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
             return false;
     }
     return before->moved_loops == after->moved_loops &&
-           before->unresolved_cells == after->unresolved_cells && qni_samples_are_explained(patch);
+           before->unresolved_cells == after->unresolved_cells && qni_cell_is_explained_by(patch);
 }
 
 /* What gets a union its try (unite.c). */

@@ -239,9 +239,11 @@ bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const d
  * cell, by going from sheet to sheet. */
 bool qni_patch_cross_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
                             double point[3]);
-/* Where three facets or more meet inside the cell, so that straight creases lead to the loop's
- * sharp features; a point of the crease between two tangents, inside the cell (kink.c). */
-bool qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]);
+/* Where three facets or more meet, in the cell or just beyond a wall, so that straight creases lead
+ * to the loop's sharp features; a point of the crease between two tangents, inside the cell
+ * (kink.c). */
+typedef enum qni_kink { QNI_NO_KINK, QNI_KINK_INSIDE, QNI_KINK_BEYOND } qni_kink;
+qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]);
 bool qni_patch_halve_to_crease(const qni_patch *patch, const double at[2][3],
                                const double normal[2][3], double point[3]);
 /* Where the sheets of two vertices meet, next to a point, in the plane across their crease. */
@@ -352,8 +354,10 @@ typedef struct qni_coarsening {
 int qni_compare_vetoes(const void *a, const void *b);
 bool qni_cell_is_explained(void *user, const qni_cell *cell);
 /* Whether each crossing of a finest edge in the closed cell, or box of finest cells, lies near a
- * triangle of the patch that faces its way. */
-bool qni_samples_are_explained(const qni_patch *patch);
+ * triangle of the patch that faces its way; in a cell, also whether the creases between its
+ * triangles lie where the solid's are (folds.c). */
+bool qni_cell_is_explained_by(const qni_patch *patch);
+bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]);
 bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);
 
 /* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping

@@ -186,22 +186,35 @@ static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {
     return !patch->loops[0].has_apex || is_on_surface(patch, patch->loops[0].apex, tolerance);
 }
 
-bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box) {
-    double normals[64][3];
-    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
-    if (patch->triangle_count > 64)
+enum { MOST_TRIANGLES = 64 };
+
+/* The triangles' normals; false when there are too many. */
+static bool measure_normals(const qni_patch *patch, double (*normals)[3]) {
+    if (patch->triangle_count > MOST_TRIANGLES)
         return false;
     for (int64_t t = 0; t < patch->triangle_count; ++t)
         unit_normal(patch, patch->triangles[t], normals[t]);
+    return true;
+}
+
+static bool explains(const qni_patch *patch, double (*normals)[3], const qni_cell_box *box) {
+    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
     return visit_box(patch->hermite, box, sample_is_near, &job);
 }
 
-bool qni_samples_are_explained(const qni_patch *patch) {
+bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box) {
+    double normals[MOST_TRIANGLES][3];
+    return measure_normals(patch, normals) && explains(patch, normals, box);
+}
+
+bool qni_cell_is_explained_by(const qni_patch *patch) {
     const qni_cell *cell = &patch->cell;
     const int32_t size = 1 << cell->level;
     const qni_cell_box box = {
         {cell->low[0], cell->low[1], cell->low[2]}, {size, size, size}, false};
-    return qni_box_is_explained(patch, &box);
+    double normals[MOST_TRIANGLES][3];
+    return measure_normals(patch, normals) && explains(patch, normals, &box) &&
+           qni_folds_hold(patch, (const double(*)[3])normals);
 }
 
 /* The two sides of an edge of the solid, when that passes by just outside; a corner has three. */
@@ -249,8 +262,8 @@ static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell
         return false;
     if (qni_patch_triangulate(patch, &unused) != QN_OK)
         return false;
-    return loops_are_well(patch) && qni_samples_are_explained(patch) &&
-           bends_are_on_surface(patch, patch->settings->tolerance);
+    return loops_are_well(patch) && bends_are_on_surface(patch, patch->settings->tolerance) &&
+           qni_cell_is_explained_by(patch);
 }
 
 static bool straddles(const qni_hermite *hermite, const qni_cell *cell) {

@@ -171,15 +171,18 @@ static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mea
 /* Two features: from the middle between them to the crease itself; or to the corner of facets where
  * it bends. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
-    double middle[3], point[3];
-    if (qni_patch_find_kink(patch, loop, point)) {
-        set_apex(patch, loop, point);
+    double middle[3], point[3], bend[3];
+    const qni_kink kink = qni_patch_find_kink(patch, loop, bend);
+    if (kink == QNI_KINK_INSIDE) {
+        set_apex(patch, loop, bend);
         return;
     }
     mean_of(patch, loop, true, middle);
     const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
     if (found && is_inside(patch, point))
         set_apex(patch, loop, point);
+    else if (kink == QNI_KINK_BEYOND)
+        set_escaped(patch, loop, middle, bend);
     else if (!found && qni_patch_cross_sheets(patch, loop, middle, point))
         set_escaped(patch, loop, point, NULL); /* a corner may lie unseen beyond a wall */
     else
@@ -235,10 +238,11 @@ static bool reach_beyond(const qni_patch *patch, qni_loop *loop, const double po
 static void place_end(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
     mean_of(patch, loop, true, mean);
-    if (qni_patch_find_kink(patch, loop, point))
+    const qni_kink kink = qni_patch_find_kink(patch, loop, point);
+    if (kink == QNI_KINK_INSIDE)
         set_apex(patch, loop, point);
     else
-        set_escaped(patch, loop, mean, NULL);
+        set_escaped(patch, loop, mean, kink == QNI_KINK_BEYOND ? point : NULL);
 }
 
 /* Three features and more: where all sheets meet. */

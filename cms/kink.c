@@ -121,10 +121,22 @@ static bool facets_meet(const qni_patch *patch, const qni_loop *loop, const doub
     return qni_flat_pieces_meet(patch->solid, point, count, (const double(*)[3])from, 1e-8 * cell);
 }
 
-bool qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]) {
-    return meet_most(patch, loop, point) && is_inside(patch, point) &&
-           all_pass(patch, loop, point, 1e-6 * patch->hermite->lattice.cell) &&
-           facets_meet(patch, loop, point);
+/* Where the patch's solid agrees with the whole one. */
+static bool is_near(const qni_patch *patch, const double point[3]) {
+    const double around = 0.5 * patch->size;
+    for (int k = 0; k < 3; ++k)
+        if (!(point[k] > (double)patch->low[k] - around &&
+              point[k] < (double)patch->high[k] + around))
+            return false;
+    return true;
+}
+
+qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]) {
+    if (!meet_most(patch, loop, point) || !is_near(patch, point) ||
+        !all_pass(patch, loop, point, 1e-6 * patch->hermite->lattice.cell) ||
+        !facets_meet(patch, loop, point))
+        return QNI_NO_KINK;
+    return is_inside(patch, point) ? QNI_KINK_INSIDE : QNI_KINK_BEYOND;
 }
 
 /* A tangent of the surface. */

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+/* Do the creases of a leaf's triangles lie where the solid's are?
+ *
+ * Samples are where lattice edges cross the surface, and between two of them a crease can turn, at
+ * a corner of facets, without leaving their triangles by more than the tolerance; the crease itself
+ * then is off by twice that or more. So points of it are asked: each must be on the surface, and as
+ * far beside it as the tolerance says each side must have the sheet of its own triangle. */
+#include "cms/cms.h"
+
+#include <math.h>
+
+enum { ALONG = 3 };
+
+/* An edge between two triangles of a patch that is to be a crease. */
+typedef struct fold {
+    double ends[2][3];
+    double normals[2][3]; /* unit length, of the triangles on both sides */
+    double into[2][3];    /* unit length, across the edge into each of them */
+    double length;
+} fold;
+
+static double dot3(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool is_sharp(const qni_patch *patch, int32_t vertex) {
+    if (vertex < 0)
+        return patch->loops[-1 - vertex].sharp_count > 0;
+    return vertex < QNI_INNER && patch->vertices[vertex].sharp;
+}
+
+/* The edge of triangle `a` that `b` has, too, the other way round: the number of its first corner,
+ * -1 for none. */
+static int shared_edge(const int32_t a[4], const int32_t b[4]) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            if (a[i] == b[(j + 1) % 3] && a[(i + 1) % 3] == b[j])
+                return i;
+    return -1;
+}
+
+static bool set_fold(const qni_patch *patch, const int32_t ends[2], const double a[3],
+                     const double b[3], fold *out) {
+    double way[3];
+    for (int n = 0; n < 2; ++n)
+        for (int k = 0; k < 3; ++k)
+            out->ends[n][k] = (double)qni_patch_place(patch, ends[n])[k];
+    for (int k = 0; k < 3; ++k) {
+        way[k] = out->ends[1][k] - out->ends[0][k];
+        out->normals[0][k] = a[k];
+        out->normals[1][k] = b[k];
+    }
+    out->length = sqrt(dot3(way, way));
+    for (int k = 0; k < 3; ++k) {
+        const int l = (k + 1) % 3, m = (k + 2) % 3;
+        out->into[0][k] = (a[l] * way[m] - a[m] * way[l]) / out->length;
+        out->into[1][k] = (b[m] * way[l] - b[l] * way[m]) / out->length;
+    }
+    return out->length > 0;
+}
+
+/* Has each side of the point its own triangle's sheet? */
+static bool sides_hold(const qn_solid *solid, const fold *edge, const double point[3],
+                       double beside) {
+    double points[2][3], gradients[2][3];
+    for (int n = 0; n < 2; ++n)
+        for (int k = 0; k < 3; ++k)
+            points[n][k] = point[k] + beside * edge->into[n][k];
+    if (solid->ops->gradients(solid, 2, (const double(*)[3])points, gradients, NULL) != QN_OK)
+        return false;
+    for (int n = 0; n < 2; ++n)
+        if (dot3(gradients[n], edge->normals[n]) < dot3(gradients[n], edge->normals[1 - n]))
+            return false;
+    return true;
+}
+
+/* Points nearer to an end than the creases that meet there can be told apart say nothing. */
+static bool fold_holds(const qni_patch *patch, const fold *edge) {
+    const double beside = patch->settings->tolerance;
+    for (int n = 1; n <= ALONG; ++n) {
+        const double share = (double)n / (ALONG + 1);
+        double point[3];
+        if (edge->length * fmin(share, 1 - share) < 2 * beside)
+            continue;
+        for (int k = 0; k < 3; ++k)
+            point[k] = edge->ends[0][k] + share * (edge->ends[1][k] - edge->ends[0][k]);
+        if (!qni_patch_on_surface(patch, point, beside) ||
+            !sides_hold(patch->solid, edge, point, beside))
+            return false;
+    }
+    return true;
+}
+
+bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
+    int64_t sharp = 0;
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        sharp += patch->loops[n].sharp_count;
+    for (int64_t s = 0; s < patch->triangle_count && sharp; ++s)
+        for (int64_t t = s + 1; t < patch->triangle_count; ++t) {
+            const int32_t *a = patch->triangles[s], *b = patch->triangles[t];
+            const int at = shared_edge(a, b);
+            fold edge;
+            if (at < 0 || dot3(normals[s], normals[t]) >= patch->settings->crease_cosine)
+                continue;
+            const int32_t ends[2] = {a[at], a[(at + 1) % 3]};
+            if (is_sharp(patch, ends[0]) && is_sharp(patch, ends[1]) &&
+                set_fold(patch, ends, normals[s], normals[t], &edge) && !fold_holds(patch, &edge))
+                return false;
+        }
+    return true;
+}
