@@ -113,8 +113,8 @@ void qni_repair_link(qni_dmc *dmc, qn_mesh *mesh) {
             link_side(dmc, repair->splits + n, k, mesh->twins);
         link_spokes(dmc, repair->splits + n, mesh->twins);
     }
-    for (int64_t n = 0; n < repair->split_count; ++n)
-        link_vertices(dmc, n, mesh);
     for (int64_t n = 0; n < repair->tunnel_count; ++n)
         qni_tunnel_link(dmc, n, mesh->twins);
+    for (int64_t n = 0; n < repair->split_count; ++n) /* which reads all of their twins */
+        link_vertices(dmc, n, mesh);
 }

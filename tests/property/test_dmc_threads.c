@@ -16,6 +16,13 @@ static uint64_t hash_of(int32_t threads, const qn_grid *grid, const qn_surface_o
     for (int i = 0; i < options->isovalue_count; ++i) {
         uint64_t one = test_hash_mesh(mesh[i]);
         hash = test_hash(hash, &one, sizeof one);
+        const qn_halfedges h = qn_mesh_get_halfedges(mesh[i]);
+        if (h.count > 0) {
+            hash = test_hash(hash, h.twin, (size_t)h.count * sizeof *h.twin);
+            hash = test_hash(hash, h.vertex_halfedge,
+                             (size_t)qn_mesh_get_view(mesh[i]).vertex_count *
+                                 sizeof *h.vertex_halfedge);
+        }
         qn_mesh_destroy(mesh[i]);
     }
     qn_volume_destroy(volume);
@@ -52,6 +59,9 @@ static void bytes_are_equal_for_1_2_8_threads(void **state) {
         options.isovalue_count = 2;
         options.triangles = i % 5 == 4;
         options.skip_normals = i % 7 == 6;
+        options.halfedges = !options.triangles && i % 2 == 0;
+        options.simplify = i % 3 == 1;
+        options.topology = i % 3 == 2 ? QN_TOPOLOGY_EXACT : QN_TOPOLOGY_DISCS;
         uint64_t one = hash_of(1, &grid, &options, field.name);
         expect_equal(field.name, "2 threads", hash_of(2, &grid, &options, field.name), one);
         expect_equal(field.name, "8 threads", hash_of(8, &grid, &options, field.name), one);
