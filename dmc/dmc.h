@@ -6,6 +6,7 @@
 
 #include <qn/surface.h>
 #include "dmc/frame_hd.h"
+#include "dmc/landing.h"
 #include "mesh/mesh.h"
 #include "volume/field.h"
 
@@ -139,10 +140,20 @@ typedef struct qni_point_batch {
 /* Lattice to world of a field, and the determinant of its linear part. */
 void qni_frame_of_field(const qni_field *field, qni_frame *frame_out, double *determinant_out);
 
-typedef void (*qni_point_kernel)(qni_point_batch *batch, const qni_frame *frame);
+typedef void qni_point_kernel(qni_point_batch *batch, const qni_frame *frame);
 
-/* The same bits whichever is chosen: each lane is plain IEEE arithmetic. */
-qni_point_kernel qni_choose_point_kernel(void);
+typedef struct qni_kernels {
+    const char *name;
+    qni_point_kernel *point;
+    qni_meet_kernel *meet;
+    qni_locate_kernel *locate;
+    qni_land_kernel *land;
+} qni_kernels;
+
+/* Those that this processor can run, plain ones first; NULL beyond the last. */
+const qni_kernels *qni_kernels_at(int index);
+/* The widest of them. The same bits whichever is chosen: each lane is plain IEEE arithmetic. */
+const qni_kernels *qni_choose_kernels(void);
 
 /* One cell's stencil, from its lowest corner in a tile. */
 void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]);

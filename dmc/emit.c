@@ -48,7 +48,7 @@ typedef struct emission {
     const qni_dmc *dmc;
     qn_mesh *mesh;
     qni_frame frame;
-    qni_point_kernel kernel;
+    qni_point_kernel *kernel;
     qni_link_tables link_tables;
     bool reverse; /* wind quads the other way round */
 } emission;
@@ -501,7 +501,7 @@ static void free_valences_of_rows(qni_dmc *dmc) {
 qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     const int32_t threads = qn_context_threads(dmc->context);
     double determinant;
-    emission job = {.dmc = dmc, .mesh = mesh, .kernel = qni_choose_point_kernel()};
+    emission job = {.dmc = dmc, .mesh = mesh, .kernel = qni_choose_kernels()->point};
     qni_frame_of_field(&dmc->field, &job.frame, &determinant);
     job.reverse = dmc->field.inside_below != (determinant < 0);
     if (mesh->vertex_count == 0)

@@ -38,8 +38,7 @@ static qn_status simplify(qni_dmc *dmc, qn_mesh *mesh, const qni_projector *proj
         .index = mesh->twins ? NULL : &index,
         .passes = options->simplify_passes > 0 ? options->simplify_passes : 0,
         .paper = options->simplify_passes < 0,
-        .project = options->no_reproject ? NULL : qni_project_landings,
-        .project_user = projector,
+        .projector = options->no_reproject ? NULL : projector,
     };
     qni_simplify_report done;
     const qn_status status = qni_simplify(dmc->context, mesh, &how, &done, error);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
 /* The inner loops, built with AVX2. */
-#define KERNEL_NAME qni_point_kernel_avx2
+#define KERNEL(name) name##_avx2
 #include "dmc/kernel_body.h"
+#include "dmc/landing_body.h"

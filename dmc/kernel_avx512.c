@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
 /* The inner loops, built with AVX-512. */
-#define KERNEL_NAME qni_point_kernel_avx512
+#define KERNEL(name) name##_avx512
 #include "dmc/kernel_body.h"
+#include "dmc/landing_body.h"

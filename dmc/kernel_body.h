@@ -59,9 +59,9 @@ static inline void gather_all(qni_point_batch *batch) {
 }
 #endif
 
-void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame);
+qni_point_kernel KERNEL(qni_point);
 
-void KERNEL_NAME(qni_point_batch *batch, const qni_frame *frame) {
+void KERNEL(qni_point)(qni_point_batch *batch, const qni_frame *frame) {
     gather_all(batch);
 #pragma omp simd
     for (int l = 0; l < QNI_LANES; ++l) {

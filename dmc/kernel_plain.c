@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* The inner loops for any processor, and the choice among the builds. */
-#define KERNEL_NAME qni_point_kernel_plain
+#define KERNEL(name) name##_plain
 #include "dmc/kernel_body.h"
+#include "dmc/landing_body.h"
 #include "qni_config.h"
 
 void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]) {
@@ -28,18 +29,37 @@ void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], co
     normal[2] = result.nz;
 }
 
-#if QNI_HAVE_AVX_KERNELS
-void qni_point_kernel_avx2(qni_point_batch *batch, const qni_frame *frame);
-void qni_point_kernel_avx512(qni_point_batch *batch, const qni_frame *frame);
+#define TABLE(set)                                                                                 \
+    { #set, qni_point_##set, qni_meet_##set, qni_locate_##set, qni_land_##set }
 
-qni_point_kernel qni_choose_point_kernel(void) {
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-        return qni_point_kernel_avx512;
-    return __builtin_cpu_supports("avx2") ? qni_point_kernel_avx2 : qni_point_kernel_plain;
+#if QNI_HAVE_AVX_KERNELS
+qni_point_kernel qni_point_avx2, qni_point_avx512;
+qni_meet_kernel qni_meet_avx2, qni_meet_avx512;
+qni_locate_kernel qni_locate_avx2, qni_locate_avx512;
+qni_land_kernel qni_land_avx2, qni_land_avx512;
+
+static const qni_kernels kernels[] = {TABLE(plain), TABLE(avx2), TABLE(avx512)};
+
+static int count_kernels(void) {
+    if (!__builtin_cpu_supports("avx2"))
+        return 1;
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                   __builtin_cpu_supports("avx512vl")
+               ? 3
+               : 2;
 }
 #else
-qni_point_kernel qni_choose_point_kernel(void) {
-    return qni_point_kernel_plain;
+static const qni_kernels kernels[] = {TABLE(plain)};
+
+static int count_kernels(void) {
+    return 1;
 }
 #endif
+
+const qni_kernels *qni_kernels_at(int index) {
+    return index < count_kernels() ? kernels + index : NULL;
+}
+
+const qni_kernels *qni_choose_kernels(void) {
+    return kernels + count_kernels() - 1;
+}

@@ -15,6 +15,7 @@ static const double cell_margin = 1e-3;
 void qni_projector_init(const qni_field *field, qni_projector *projector) {
     double determinant;
     projector->field = field;
+    projector->kernels = qni_choose_kernels();
     qni_frame_of_field(field, &projector->frame, &determinant);
     const double(*m)[4] = (const double(*)[4])field->world;
     for (int r = 0; r < 3; ++r) {
@@ -113,24 +114,42 @@ static bool project_near(const qni_projector *projector, const int64_t cell[3], 
     return false;
 }
 
-/* Samples lie scattered in the volume: some points are on their way at a time. */
-void qni_project_landings(const void *user, qni_landing *landings, int count) {
-    enum { TOGETHER = 16 };
-    const qni_projector *projector = user;
-    double at[TOGETHER][3];
-    int64_t cell[TOGETHER][3];
-    for (int first = 0; first < count; first += TOGETHER) {
-        const int some = count - first < TOGETHER ? count - first : TOGETHER;
-        for (int n = 0; n < some; ++n) {
-            to_lattice(projector, landings[first + n].position, at[n]);
-            cell_of(projector->field, at[n], cell[n]);
-            qni_field_prefetch_rows(projector->field, cell[n], 0, 1);
-        }
-        for (int n = 0; n < some; ++n)
-            landings[first + n].landed =
-                project_near(projector, cell[n], at[n], landings[first + n].normal,
-                             landings[first + n].position);
+static int lanes_of(const qni_landings *landings) {
+    return (landings->count + QNI_LANES - 1) / QNI_LANES * QNI_LANES;
+}
+
+void qni_project_start(const qni_projector *projector, const qni_landings *landings,
+                       qni_approach *approach) {
+    projector->kernels->locate(projector, landings, approach);
+    for (int a = 0; a < 3; ++a)
+        for (int l = 0; l < lanes_of(landings); ++l)
+            approach->cells.cell[a][l] = (int64_t)approach->cell[a][l];
+    qni_field_expect_cells(projector->field, lanes_of(landings), &approach->cells);
+}
+
+/* One that does not land in its own cell along the first axis. */
+static void land_apart(const qni_projector *projector, const qni_approach *approach, int lane,
+                       qni_landings *landings) {
+    int64_t cell[3];
+    double at[3];
+    float normal[3], position[3];
+    for (int a = 0; a < 3; ++a) {
+        cell[a] = approach->cells.cell[a][lane];
+        at[a] = approach->at[a][lane];
+        normal[a] = landings->normal[a][lane];
     }
+    landings->landed[lane] = project_near(projector, cell, at, normal, position);
+    for (int a = 0; a < 3 && landings->landed[lane]; ++a)
+        landings->position[a][lane] = position[a];
+}
+
+void qni_project_end(const qni_projector *projector, qni_approach *approach,
+                     qni_landings *landings) {
+    qni_field_load_cells(projector->field, lanes_of(landings), &approach->cells, approach->corner);
+    projector->kernels->land(projector, approach, landings);
+    for (int l = 0; l < landings->count; ++l)
+        if (!landings->landed[l])
+            land_apart(projector, approach, l, landings);
 }
 
 bool qni_project_home(const void *user, const float position[3], int32_t cell_out[3]) {

@@ -6,24 +6,27 @@
 
 #include "dmc/dmc.h"
 
-#include "dmc/simplify.h"
-
 typedef struct qni_projector {
     const qni_field *field;
+    const qni_kernels *kernels;
     qni_frame frame;
     double lattice[3][4]; /* world to lattice */
 } qni_projector;
 
 void qni_projector_init(const qni_field *field, qni_projector *projector);
 
-/* The functions below take a qni_projector as `user`, may be called from any worker, and use + - *
- * / alone.
- *
- * Onto the surface from nearby: along the axis on which the surface lies most squarely, in the
+/* Onto the surface from nearby: along the axis on which the surface lies most squarely, in the
  * point's own cell or the next one, to the one zero of the interpolant there, if the values cross
- * it in the sense of the normal. Else along the other two. False, and nothing changed, when none
- * does. A zero normal stands for that of the cell's values. */
-void qni_project_landings(const void *user, qni_landing *landings, int count);
+ * it in the sense of the normal. Else along the other two. A zero normal stands for that of the
+ * cell's values. First all but the values, which are asked for; then with them. With + - * / alone.
+ */
+void qni_project_start(const qni_projector *projector, const qni_landings *landings,
+                       qni_approach *approach);
+void qni_project_end(const qni_projector *projector, qni_approach *approach,
+                     qni_landings *landings);
+
+/* The functions below take a qni_projector as `user`, may be called from any worker, and use + - *
+ * / alone. */
 
 /* The cell that holds a position. False when a vertex there should stay: the cell has several
  * polygons, so that a neighbouring point may belong to another one. In a cell with a single polygon

@@ -143,6 +143,7 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
     qni_simplifier job = {.context = context,
                           .mesh = mesh,
                           .options = options,
+                          .kernels = qni_choose_kernels(),
                           .threads = qn_context_threads(context)};
     job.around = (qni_around){.context = context, .mesh = mesh, .index = options->index};
     job.around.valence = own ? qni_alloc(context, vertices + 1, 1) : options->valences;

@@ -6,16 +6,7 @@
 #include "mesh/mesh.h"
 
 struct qni_leaf_index;
-
-/* A point near the surface, to be put onto it. */
-typedef struct qni_landing {
-    float position[3]; /* changed where the surface is within reach */
-    float normal[3];   /* the surface's there, unit length, about right; 0: not known */
-    bool landed;       /* out */
-} qni_landing;
-
-/* Called from any worker. */
-typedef void (*qni_onto_surface)(const void *user, qni_landing *landings, int count);
+struct qni_projector;
 
 typedef struct qni_simplify_options {
     /* From emission, or both NULL: measured by the halfedges, and no colours. As simplify_hd.h says
@@ -25,9 +16,8 @@ typedef struct qni_simplify_options {
     const struct qni_leaf_index *index; /* for meshes without halfedges */
     int32_t passes;                     /* at most so many; 0: until nothing is left to do */
     bool paper; /* [DMC21] section 4.1 for 3-X-3-Y, to compare: one pass, one look at the colours */
-    qni_onto_surface project; /* NULL: new vertices stay at the middle of the two they replace, as
-                                 in the paper */
-    const void *project_user;
+    const struct qni_projector *projector; /* NULL: new vertices stay at the middle of the two they
+                                              replace, as in the paper */
 } qni_simplify_options;
 
 typedef struct qni_simplify_report {

@@ -2,8 +2,10 @@
 /* The first merges, nearly all there are: one pass over the quads finds those that may go by the
  * valences of their corners, as emission gave them; then they are taken colour by colour. Within
  * one colour none hinders another (simplify_hd.h), so a look at the two corners of valence 3
- * decides, and no neighbours need to be known. [DMC21] section 4.1. */
-#include "dmc/project_hd.h"
+ * decides, and no neighbours need to be known. Once all are known, the new vertices are put in
+ * place in the order of the mesh: X and Y have more than 3 quads and are never merged here, so each
+ * sees its corners as they were emitted. [DMC21] section 4.1. */
+#include "dmc/project.h"
 #include "dmc/simplify_parts.h"
 #include "core/context.h"
 #include "core/parallel.h"
@@ -24,33 +26,63 @@ typedef struct part {
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
-static void start_landing(const qn_mesh *mesh, const qni_merged *merged, bool move,
-                          qni_landing *landing) {
-    qni_middle_of_pair(mesh->positions, mesh->normals, merged->a, merged->b, landing->position,
-                       landing->normal);
-    if (move)
-        qni_move_between(mesh->positions, mesh->normals, merged->x, merged->y, landing->position,
-                         landing->normal);
-    landing->landed = false;
+static inline void gather_point(const float *points, uint32_t vertex, int lane,
+                                float to[3][QNI_LANDINGS]) {
+    const float *from = points + 3 * (size_t)vertex;
+    to[0][lane] = from[0];
+    to[1][lane] = from[1];
+    to[2][lane] = from[2];
 }
 
-int64_t qni_simplify_place(const qni_simplifier *job, const qni_merged *merged, int64_t count) {
+static inline void scatter_point(float from[3][QNI_LANDINGS], int lane, uint32_t vertex,
+                                 float *points) {
+    float *to = points + 3 * (size_t)vertex;
+    to[0] = from[0][lane];
+    to[1] = from[1][lane];
+    to[2] = from[2][lane];
+}
+
+static void gather_corners(const qn_mesh *mesh, const qni_placing *placing,
+                           qni_meetings *meetings) {
+    const int count = placing->count;
+    if (!mesh->normals)
+        memset(meetings->normal, 0, sizeof meetings->normal);
+    for (int n = 0; n < (count + QNI_LANES - 1) / QNI_LANES * QNI_LANES; ++n) {
+        const qni_merged *own = placing->merged + (n < count ? n : 0);
+        const uint32_t corner[4] = {own->a, own->b, own->x, own->y};
+        for (int k = 0; k < 4; ++k) {
+            gather_point(mesh->positions, corner[k], n, meetings->position[k]);
+            if (mesh->normals)
+                gather_point(mesh->normals, corner[k], n, meetings->normal[k]);
+        }
+    }
+}
+
+void qni_simplify_start_placing(const qni_simplifier *job, qni_placing *placing) {
+    const qni_projector *projector = job->options->projector;
+    qni_meetings meetings;
+    placing->landings.count = placing->count;
+    gather_corners(job->mesh, placing, &meetings);
+    job->kernels->meet(&meetings, projector != NULL, &placing->landings);
+    if (projector)
+        qni_project_start(projector, &placing->landings, &placing->approach);
+}
+
+int64_t qni_simplify_end_placing(const qni_simplifier *job, qni_placing *placing) {
+    const qni_projector *projector = job->options->projector;
     const qn_mesh *mesh = job->mesh;
-    const qni_simplify_options *options = job->options;
-    qni_landing landing[QNI_PLACED_TOGETHER];
+    qni_landings *landings = &placing->landings;
     int64_t unprojected = 0;
-    for (int64_t n = 0; n < count; ++n)
-        start_landing(mesh, merged + n, options->project != NULL, landing + n);
-    if (options->project)
-        options->project(options->project_user, landing, (int)count);
-    for (int64_t n = 0; n < count; ++n) {
-        const size_t at = 3 * (size_t)merged[n].a;
-        if (landing[n].landed || !options->project) /* else the kept one is on the surface */
-            memcpy(mesh->positions + at, landing[n].position, sizeof landing[n].position);
+    if (projector)
+        qni_project_end(projector, &placing->approach, landings);
+    for (int n = 0; n < placing->count; ++n) {
+        const uint32_t kept = placing->merged[n].a;
+        if (!projector || landings->landed[n]) /* else the kept one is on the surface */
+            scatter_point(landings->position, n, kept, mesh->positions);
         else
             ++unprojected;
         if (mesh->normals)
-            memcpy(mesh->normals + at, landing[n].normal, sizeof landing[n].normal);
+            scatter_point(landings->normal, n, kept, mesh->normals);
     }
     return unprojected;
 }
@@ -139,54 +171,98 @@ static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) 
 }
 
 /* Take a quad unless a neighbour has taken one of its corners of valence 3. */
-static bool merge(const qni_simplifier *job, uint32_t quad, size_t odd, qni_merged *merged,
-                  part *own) {
+static void take(const qni_simplifier *job, uint32_t quad, size_t odd, part *own) {
     const qni_around *around = &job->around;
     const uint32_t *v = job->mesh->quads + 4 * (size_t)quad;
     size_t k = odd;
     if (around->valence[v[k]] != 3 || around->valence[v[k ^ 2]] != 3)
-        return false;
+        return;
     if (v[k] > v[k ^ 2])
         k ^= 2;
-    const uint32_t a = v[k], b = v[k ^ 2], x = v[(k + 1) & 3], y = v[(k + 3) & 3];
+    const uint32_t a = v[k], b = v[k ^ 2];
     around->valence[a] = 4 | QNI_VALENCE_MERGED;
     around->valence[b] = QNI_VALENCE_GONE;
     around->circle[a] = b;
     around->circle[b] = a;
     around->colour[quad] = QNI_QUAD_GONE;
-    drop_valence(job, x, own);
-    drop_valence(job, y, own);
-    if (job->mesh->twins)
-        qni_close_merge(job->mesh->twins, job->mesh->vertex_halfedges, 4 * quad + (uint32_t)k, a, x,
-                        y);
-    *merged = (qni_merged){a, b, x, y};
-    return true;
+    drop_valence(job, v[(k + 1) & 3], own);
+    drop_valence(job, v[(k + 3) & 3], own);
+    ++own->merged;
 }
 
-static void expect_places(const qn_mesh *mesh, const qni_merged *merged) {
-    const uint32_t vertex[4] = {merged->a, merged->b, merged->x, merged->y};
-    for (int n = 0; n < 4; ++n)
-        __builtin_prefetch(mesh->positions + 3 * (size_t)vertex[n], 1);
-    for (int n = 0; mesh->normals && n < 2; ++n)
-        __builtin_prefetch(mesh->normals + 3 * (size_t)vertex[n], 1);
-}
-
-static void merge_list(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
-    qni_merged merged[QNI_PLACED_TOGETHER];
-    int64_t count = 0;
+static void take_list(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
     for (int64_t n = 0; n < list->count; ++n) {
         if (n + AHEAD < list->count)
             __builtin_prefetch(job->mesh->quads + 4 * (size_t)list->items[n + AHEAD]);
-        if (!merge(job, list->items[n], odd, merged + count, own))
-            continue;
-        expect_places(job->mesh, merged + count);
-        ++own->merged;
-        if (++count < QNI_PLACED_TOGETHER)
-            continue;
-        own->unprojected += qni_simplify_place(job, merged, count);
-        count = 0;
+        take(job, list->items[n], odd, own);
     }
-    own->unprojected += qni_simplify_place(job, merged, count);
+}
+
+/* ---- all that were taken --------------------------------------------------------------------- */
+
+/* Some of the quads that were taken, from `*at` on. */
+static int list_taken(const qni_simplifier *job, int64_t *at, int64_t end, uint32_t *quads) {
+    int count = 0;
+    while (count < QNI_LANDINGS && *at < end) {
+        const uint8_t *next = memchr(job->around.colour + *at, QNI_QUAD_GONE, (size_t)(end - *at));
+        if (!next) {
+            *at = end;
+            break;
+        }
+        quads[count] = (uint32_t)(next - job->around.colour);
+        *at = quads[count] + INT64_C(1);
+        __builtin_prefetch(job->mesh->quads + 4 * (size_t)quads[count]);
+        if (job->mesh->twins)
+            __builtin_prefetch(job->mesh->twins + 4 * (size_t)quads[count]);
+        ++count;
+    }
+    return count;
+}
+
+/* The corners of a taken quad; what will be read of them is asked for. */
+static size_t corners_of_taken(const qni_simplifier *job, uint32_t quad, qni_merged *merged) {
+    const qn_mesh *mesh = job->mesh;
+    const uint32_t *v = mesh->quads + 4 * (size_t)quad;
+    const uint8_t *valence = job->around.valence;
+    size_t k = valence[v[0]] != QNI_VALENCE_GONE && valence[v[2]] != QNI_VALENCE_GONE;
+    k ^= v[k] > v[k ^ 2] ? 2 : 0;
+    *merged = (qni_merged){v[k], v[k ^ 2], v[(k + 1) & 3], v[(k + 3) & 3]};
+    for (int n = 0; n < 4; ++n)
+        __builtin_prefetch(mesh->positions + 3 * (size_t)v[n], 1);
+    for (int n = 0; mesh->normals && n < 4; ++n)
+        __builtin_prefetch(mesh->normals + 3 * (size_t)v[n], 1);
+    return k;
+}
+
+static void finish_quads(const qni_simplifier *job, const uint32_t *quads, qni_placing *placing) {
+    const qn_mesh *mesh = job->mesh;
+    uint32_t side[QNI_LANDINGS];
+    for (int n = 0; n < placing->count; ++n)
+        side[n] = 4 * quads[n] + (uint32_t)corners_of_taken(job, quads[n], placing->merged + n);
+    for (int n = 0; mesh->twins && n < placing->count; ++n)
+        qni_close_merge(mesh->twins, mesh->vertex_halfedges, side[n], placing->merged[n].a,
+                        placing->merged[n].x, placing->merged[n].y);
+}
+
+/* Memory is far: while some vertices are put in place, what the next need is on its way. */
+static void finish(const qni_simplifier *job, int32_t t, part *own) {
+    enum { STEPS = 4 }; /* listed, corners asked for, samples asked for, put in place */
+    uint32_t quads[STEPS][QNI_LANDINGS];
+    qni_placing placing[STEPS];
+    const int64_t count = job->mesh->quad_count, end = count * (t + 1) / job->threads;
+    int64_t at = count * t / job->threads;
+    for (int n = 0; n < STEPS; ++n)
+        placing[n].count = 0;
+    for (unsigned n = 0, rest = STEPS; rest > 0; ++n) {
+        const unsigned list = n % STEPS, corners = (n + 3) % STEPS, start = (n + 2) % STEPS;
+        placing[list].count = list_taken(job, &at, end, quads[list]);
+        finish_quads(job, quads[corners], placing + corners);
+        if (placing[start].count > 0)
+            qni_simplify_start_placing(job, placing + start);
+        if (placing[(n + 1) % STEPS].count > 0)
+            own->unprojected += qni_simplify_end_placing(job, placing + (n + 1) % STEPS);
+        rest = placing[list].count > 0 ? STEPS : rest - 1;
+    }
 }
 
 /* ---- all of it ------------------------------------------------------------------------------- */
@@ -239,9 +315,13 @@ qn_status qni_simplify_first(qni_simplifier *job, qn_error *error) {
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
         for (int32_t t = 0; t < threads; ++t)
             for (size_t odd = 0; odd < 2; ++odd)
-                merge_list(job, parts[t].merges + 2 * (size_t)colour + odd, odd, parts + t);
+                take_list(job, parts[t].merges + 2 * (size_t)colour + odd, odd, parts + t);
         failed = any_failed(job, parts);
     }
+#pragma omp parallel for schedule(static, 1) num_threads(threads)
+    for (int32_t t = 0; t < threads; ++t)
+        if (!failed)
+            finish(job, t, parts + t);
     qni_simplify_note_memory(job);
     const qn_status status =
         failed ? qni_fail_memory(error, "the list of quads to remove") : gather(job, parts, error);

@@ -5,6 +5,7 @@
 #define QNI_DMC_SIMPLIFY_PARTS_H
 
 #include "dmc/around.h"
+#include "dmc/dmc.h"
 #include "dmc/simplify.h"
 
 /* Numbers of vertices or quads; room is reserved before a thread adds to its own. */
@@ -21,6 +22,7 @@ typedef struct qni_simplifier {
     qn_mesh *mesh;
     const qni_simplify_options *options;
     qni_around around;
+    const qni_kernels *kernels;
     int32_t threads;
     qni_numbers suspects; /* quads that may have to go, ascending */
     qni_numbers kept;     /* vertices into which others were merged after the first merges */
@@ -40,10 +42,19 @@ typedef struct qni_merged {
     uint32_t a, b, x, y;
 } qni_merged;
 
-/* Put the vertices that were kept to the middle between them and those that went, and between X and
- * Y, then back onto the surface; returns how many it did not reach. */
-int64_t qni_simplify_place(const qni_simplifier *job, const qni_merged *merged, int64_t count);
-enum { QNI_PLACED_TOGETHER = 32 };
+/* Up to QNI_LANDINGS of them on the way to their places. */
+typedef struct qni_placing {
+    qni_merged merged[QNI_LANDINGS];
+    int count;
+    qni_landings landings;
+    qni_approach approach;
+} qni_placing;
+
+/* Find where the vertices that were kept belong: in the middle between them and those that went,
+ * and between X and Y; ask for what is needed to put them there, back onto the surface. */
+void qni_simplify_start_placing(const qni_simplifier *job, qni_placing *placing);
+/* Put them there; returns how many the surface was out of reach of. */
+int64_t qni_simplify_end_placing(const qni_simplifier *job, qni_placing *placing);
 
 /* Add the quads round vertices whose valence has come down to 3. */
 qn_status qni_simplify_suspect_round(qni_simplifier *job, const qni_numbers *vertices,

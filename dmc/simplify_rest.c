@@ -397,8 +397,9 @@ static bool merge(qni_simplifier *job, const candidate *item, qni_numbers *chang
         qni_close_merge(job->mesh->twins, job->mesh->vertex_halfedges, 4 * item->quad + item->first,
                         a, x, y);
     const uint32_t touched[3] = {a, x, y};
-    const qni_merged merged = {a, b, x, y};
-    job->report.unprojected += qni_simplify_place(job, &merged, 1);
+    qni_placing placing = {.merged = {{a, b, x, y}}, .count = 1};
+    qni_simplify_start_placing(job, &placing);
+    job->report.unprojected += qni_simplify_end_placing(job, &placing);
     ++job->report.merged_quads;
     memcpy(changed->items + changed->count, touched, sizeof touched);
     changed->count += 3;

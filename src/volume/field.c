@@ -208,6 +208,46 @@ void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double c
     }
 }
 
+/* Cells that have more than samples are left for one by one; the first cell stands for them. */
+void qni_field_expect_cells(const qni_field *field, int count, qni_cells *cells) {
+    const qn_grid *grid = field->grid;
+    cells->others = field->sparse ? count : 0;
+    for (int n = 0; n < count && !field->sparse; ++n) {
+        bool inside = true;
+        int64_t offset = 0;
+        for (int a = 0; a < 3; ++a) {
+            const int64_t at = cells->cell[a][n] - field->border;
+            inside = inside && at >= 0 && at + 1 < grid->size[a];
+            offset += at * grid->stride[a];
+        }
+        const char *from = (const char *)grid->samples + (inside ? offset : 0);
+        for (int r = 0; r < 4; ++r)
+            __builtin_prefetch(from + (r & 1) * grid->stride[1] + (r >> 1) * grid->stride[2]);
+        cells->from[n] = from;
+        cells->other[n] = !inside;
+        cells->others += !inside;
+    }
+}
+
+void qni_field_load_cells(const qni_field *field, int count, const qni_cells *cells,
+                          double corner[8][QNI_CELLS_TOGETHER]) {
+    bool all = true;
+    if (cells->others < count && qni_grid_load_plain_cells(field->grid, cells->from, count, corner))
+        for (int c = 0; c < 8; ++c)
+            settle_values(field, count, corner[c]);
+    else
+        all = false;
+    for (int n = 0; n < count && (cells->others > 0 || !all); ++n) {
+        double own[8];
+        if (all && !cells->other[n])
+            continue;
+        const int64_t at[3] = {cells->cell[0][n], cells->cell[1][n], cells->cell[2][n]};
+        qni_field_load_cell(field, at, own);
+        for (int c = 0; c < 8; ++c)
+            corner[c][n] = own[c];
+    }
+}
+
 /* Not in parts: gcc takes a static function that only prefetches for one without effect. */
 void qni_field_prefetch_rows(const qni_field *field, const int64_t cell[3], int low, int high) {
     const qn_grid *grid = field->grid;

@@ -63,6 +63,17 @@ void qni_field_set_nonfinite(qni_field *field, int64_t nan_count, int64_t infini
 double qni_field_value(const qni_field *field, int64_t x, int64_t y, int64_t z);
 /* Values of the eight corners of a cell of the lattice; corner x + 2 y + 4 z. */
 void qni_field_load_cell(const qni_field *field, const int64_t cell[3], double corner[8]);
+/* The same for several cells here and there, in lanes: all are asked for before any is loaded. */
+enum { QNI_CELLS_TOGETHER = 16 };
+typedef struct qni_cells {
+    int64_t cell[3][QNI_CELLS_TOGETHER];
+    const char *from[QNI_CELLS_TOGETHER]; /* where their samples are, unless `other` */
+    bool other[QNI_CELLS_TOGETHER];
+    int others;
+} qni_cells;
+void qni_field_expect_cells(const qni_field *field, int count, qni_cells *cells);
+void qni_field_load_cells(const qni_field *field, int count, const qni_cells *cells,
+                          double corner[8][QNI_CELLS_TOGETHER]);
 /* Ask for samples that will be loaded soon: the rows `low` to `high` along y and z from a cell's
  * lowest corner on, 0 to 1 for its corners. */
 void qni_field_prefetch_rows(const qni_field *field, const int64_t cell[3], int low, int high);

@@ -127,6 +127,40 @@ bool qni_grid_load_plain_cell(const qn_grid *grid, const int64_t at[3], double c
     return good;
 }
 
+#define LOAD_CELLS(name, type, text)                                                               \
+    static void load_cells_##name(const qn_grid *grid, const char *const *from, int count,         \
+                                  double(*corner)[QNI_CELLS_TOGETHER]) {                           \
+        const int64_t y = grid->stride[1], z = grid->stride[2];                                    \
+        for (int n = 0; n < count; ++n)                                                            \
+            for (int r = 0; r < 4; ++r) {                                                          \
+                const type *row =                                                                  \
+                    (const type *)(const void *)(from[n] + (r & 1) * y + (r >> 1) * z);            \
+                corner[2 * r][n] = (double)row[0];                                                 \
+                corner[2 * r + 1][n] = (double)row[1];                                             \
+            }                                                                                      \
+    }
+QN_SCALAR_MAP(LOAD_CELLS)
+#undef LOAD_CELLS
+
+bool qni_grid_load_plain_cells(const qn_grid *grid, const char *const from[QNI_CELLS_TOGETHER],
+                               int count, double corner[8][QNI_CELLS_TOGETHER]) {
+    if (!runs_are_plain(grid, grid->samples))
+        return false;
+    switch (grid->scalar) {
+#define LOAD_CASE(name, type, text)                                                                \
+    case QN_##name:                                                                                \
+        load_cells_##name(grid, from, count, corner);                                              \
+        break;
+        QN_SCALAR_MAP(LOAD_CASE)
+#undef LOAD_CASE
+    case QN_SCALAR_COUNT:
+        return false;
+    }
+    for (int c = 0; c < 8; ++c)
+        scale(grid, count, corner[c]);
+    return true;
+}
+
 void qni_grid_load_row(const qn_grid *grid, int64_t i, int64_t j, int64_t k, int64_t count,
                        double *out) {
     const char *from = (const char *)grid->samples + i * grid->stride[0] + j * grid->stride[1] +

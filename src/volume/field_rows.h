@@ -17,6 +17,10 @@ int qni_grid_load_plain_runs(const qn_grid *grid, const int64_t at[3], const qni
 /* The eight samples of the cell from sample `at`, likewise; false for 0. */
 bool qni_grid_load_plain_cell(const qn_grid *grid, const int64_t at[3], double corner[8]);
 
+/* The same of several cells, from where their samples are. */
+bool qni_grid_load_plain_cells(const qn_grid *grid, const char *const from[QNI_CELLS_TOGETHER],
+                               int count, double corner[8][QNI_CELLS_TOGETHER]);
+
 /* A whole tile of plain samples less the iso-value, from sample (i, j, k) on; false when the grid
  * is not contiguous along x, swapped, or scaled, and nothing was done. */
 bool qni_grid_load_plain_tile(const qni_field *field, const int64_t from[3],

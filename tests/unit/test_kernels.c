@@ -9,11 +9,6 @@
 #include <string.h>
 
 #include "dmc/dmc.h"
-#include "qni_config.h"
-
-void qni_point_kernel_plain(qni_point_batch *batch, const qni_frame *frame);
-void qni_point_kernel_avx2(qni_point_batch *batch, const qni_frame *frame);
-void qni_point_kernel_avx512(qni_point_batch *batch, const qni_frame *frame);
 
 static uint64_t next_random(uint64_t *state) {
     uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15));
@@ -71,32 +66,23 @@ static void kernels_agree_to_the_bit(void **state) {
     (void)state;
     uint64_t random = 5;
     int64_t lanes = 0;
-    int compared = 0;
     for (int round = 0; round < 20000; ++round) {
         qni_point_batch plain, other;
         fill(&random, &plain);
         other = plain;
-        qni_point_kernel_plain(&plain, &frame);
-#if QNI_HAVE_AVX_KERNELS
-        if (__builtin_cpu_supports("avx2")) {
-            qni_point_kernel_avx2(&other, &frame);
+        qni_kernels_at(0)->point(&plain, &frame);
+        for (int n = 1; qni_kernels_at(n); ++n) {
+            qni_kernels_at(n)->point(&other, &frame);
             compare(&plain, &other, &lanes);
-            compared |= 1;
         }
-        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-            __builtin_cpu_supports("avx512vl")) {
-            qni_point_kernel_avx512(&other, &frame);
-            compare(&plain, &other, &lanes);
-            compared |= 2;
-        }
-#endif
     }
-    if (!compared) {
+    if (!qni_kernels_at(1)) {
         printf("skipped: this machine has plain kernels only\n");
         skip();
     }
-    printf("compared%s%s, %lld lanes\n", compared & 1 ? " AVX2" : "",
-           compared & 2 ? " AVX-512" : "", (long long)lanes);
+    for (int n = 1; qni_kernels_at(n); ++n)
+        printf("compared %s, ", qni_kernels_at(n)->name);
+    printf("%lld lanes\n", (long long)lanes);
     assert_true(lanes > 100000);
 }
 
