@@ -5,6 +5,7 @@
  * decides, and no neighbours need to be known. Once all are known, the new vertices are put in
  * place in the order of the mesh: X and Y have more than 3 quads and are never merged here, so each
  * sees its corners as they were emitted. [DMC21] section 4.1. */
+#include "dmc/marks.h"
 #include "dmc/project.h"
 #include "dmc/simplify_parts.h"
 #include "core/context.h"
@@ -155,7 +156,26 @@ static void find(const qni_simplifier *job, int32_t t, part *own) {
     }
 }
 
-/* ---- merging --------------------------------------------------------------------------------- */
+/* ---- taking ---------------------------------------------------------------------------------- */
+
+/* Those go that have no corner of valence 3 in common with one that was taken. */
+static void take(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
+    uint8_t *valence = job->around.valence;
+    for (int64_t n = 0; n < list->count; ++n) {
+        const uint32_t *v = job->mesh->quads + 4 * (size_t)list->items[n];
+        const uint32_t one = v[odd], other = v[odd + 2];
+        if (n + AHEAD < list->count)
+            __builtin_prefetch(job->mesh->quads + 4 * (size_t)list->items[n + AHEAD]);
+        if (valence[one] != 3 || valence[other] != 3)
+            continue;
+        valence[one < other ? one : other] = 4 | QNI_VALENCE_MERGED;
+        valence[one < other ? other : one] = QNI_VALENCE_GONE;
+        job->around.colour[list->items[n]] = QNI_QUAD_GONE;
+        ++own->merged;
+    }
+}
+
+/* ---- carrying out ---------------------------------------------------------------------------- */
 
 /* One quad less round X or Y; several threads may say so at once. */
 static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) {
@@ -170,82 +190,52 @@ static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) 
         own->failed = true;
 }
 
-/* Take a quad unless a neighbour has taken one of its corners of valence 3. */
-static void take(const qni_simplifier *job, uint32_t quad, size_t odd, part *own) {
-    const qni_around *around = &job->around;
-    const uint32_t *v = job->mesh->quads + 4 * (size_t)quad;
-    size_t k = odd;
-    if (around->valence[v[k]] != 3 || around->valence[v[k ^ 2]] != 3)
-        return;
-    if (v[k] > v[k ^ 2])
-        k ^= 2;
-    const uint32_t a = v[k], b = v[k ^ 2];
-    around->valence[a] = 4 | QNI_VALENCE_MERGED;
-    around->valence[b] = QNI_VALENCE_GONE;
-    around->circle[a] = b;
-    around->circle[b] = a;
-    around->colour[quad] = QNI_QUAD_GONE;
-    drop_valence(job, v[(k + 1) & 3], own);
-    drop_valence(job, v[(k + 3) & 3], own);
-    ++own->merged;
+static bool is_gone(const qni_simplifier *job, uint32_t vertex) {
+    return __atomic_load_n(job->around.valence + vertex, __ATOMIC_RELAXED) == QNI_VALENCE_GONE;
 }
-
-static void take_list(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
-    for (int64_t n = 0; n < list->count; ++n) {
-        if (n + AHEAD < list->count)
-            __builtin_prefetch(job->mesh->quads + 4 * (size_t)list->items[n + AHEAD]);
-        take(job, list->items[n], odd, own);
-    }
-}
-
-/* ---- all that were taken --------------------------------------------------------------------- */
 
 /* Some of the quads that were taken, from `*at` on. */
 static int list_taken(const qni_simplifier *job, int64_t *at, int64_t end, uint32_t *quads) {
     int count = 0;
-    while (count < QNI_LANDINGS && *at < end) {
-        const uint8_t *next = memchr(job->around.colour + *at, QNI_QUAD_GONE, (size_t)(end - *at));
-        if (!next) {
-            *at = end;
-            break;
+    for (; count <= QNI_LANDINGS - 8 && *at < end; *at += 8)
+        for (uint64_t gone = qni_gone_among(job->around.colour, *at, end); gone; gone &= gone - 1) {
+            quads[count] = (uint32_t)*at + (uint32_t)qni_first_gone(gone);
+            __builtin_prefetch(job->mesh->quads + 4 * (size_t)quads[count]);
+            if (job->mesh->twins)
+                __builtin_prefetch(job->mesh->twins + 4 * (size_t)quads[count]);
+            ++count;
         }
-        quads[count] = (uint32_t)(next - job->around.colour);
-        *at = quads[count] + INT64_C(1);
-        __builtin_prefetch(job->mesh->quads + 4 * (size_t)quads[count]);
-        if (job->mesh->twins)
-            __builtin_prefetch(job->mesh->twins + 4 * (size_t)quads[count]);
-        ++count;
-    }
     return count;
 }
 
-/* The corners of a taken quad; what will be read of them is asked for. */
-static size_t corners_of_taken(const qni_simplifier *job, uint32_t quad, qni_merged *merged) {
-    const qn_mesh *mesh = job->mesh;
-    const uint32_t *v = mesh->quads + 4 * (size_t)quad;
-    const uint8_t *valence = job->around.valence;
-    size_t k = valence[v[0]] != QNI_VALENCE_GONE && valence[v[2]] != QNI_VALENCE_GONE;
-    k ^= v[k] > v[k ^ 2] ? 2 : 0;
-    *merged = (qni_merged){v[k], v[k ^ 2], v[(k + 1) & 3], v[(k + 3) & 3]};
-    for (int n = 0; n < 4; ++n)
-        __builtin_prefetch(mesh->positions + 3 * (size_t)v[n], 1);
-    for (int n = 0; mesh->normals && n < 4; ++n)
-        __builtin_prefetch(mesh->normals + 3 * (size_t)v[n], 1);
-    return k;
+static void expect_corners(const qn_mesh *mesh, const uint32_t corner[4]) {
+    for (int k = 0; k < 4; ++k) {
+        __builtin_prefetch(mesh->positions + 3 * (size_t)corner[k]);
+        if (mesh->normals)
+            __builtin_prefetch(mesh->normals + 3 * (size_t)corner[k]);
+    }
 }
 
-static void finish_quads(const qni_simplifier *job, const uint32_t *quads, qni_placing *placing) {
+/* All but the vertex' place. */
+static void merge(const qni_simplifier *job, uint32_t quad, qni_merged *merged, part *own) {
     const qn_mesh *mesh = job->mesh;
-    uint32_t side[QNI_LANDINGS];
-    for (int n = 0; n < placing->count; ++n)
-        side[n] = 4 * quads[n] + (uint32_t)corners_of_taken(job, quads[n], placing->merged + n);
-    for (int n = 0; mesh->twins && n < placing->count; ++n)
-        qni_close_merge(mesh->twins, mesh->vertex_halfedges, side[n], placing->merged[n].a,
-                        placing->merged[n].x, placing->merged[n].y);
+    const uint32_t *v = mesh->quads + 4 * (size_t)quad;
+    size_t k = !is_gone(job, v[0]) && !is_gone(job, v[2]);
+    if (v[k] > v[k ^ 2])
+        k ^= 2;
+    const uint32_t a = v[k], b = v[k ^ 2], x = v[(k + 1) & 3], y = v[(k + 3) & 3];
+    job->around.circle[a] = b;
+    job->around.circle[b] = a;
+    drop_valence(job, x, own);
+    drop_valence(job, y, own);
+    if (mesh->twins)
+        qni_close_merge(mesh->twins, mesh->vertex_halfedges, 4 * quad + (uint32_t)k, a, x, y);
+    *merged = (qni_merged){a, b, x, y};
+    expect_corners(mesh, v);
 }
 
 /* Memory is far: while some vertices are put in place, what the next need is on its way. */
-static void finish(const qni_simplifier *job, int32_t t, part *own) {
+static void carry_out(const qni_simplifier *job, int32_t t, part *own) {
     enum { STEPS = 4 }; /* listed, corners asked for, samples asked for, put in place */
     uint32_t quads[STEPS][QNI_LANDINGS];
     qni_placing placing[STEPS];
@@ -256,7 +246,8 @@ static void finish(const qni_simplifier *job, int32_t t, part *own) {
     for (unsigned n = 0, rest = STEPS; rest > 0; ++n) {
         const unsigned list = n % STEPS, corners = (n + 3) % STEPS, start = (n + 2) % STEPS;
         placing[list].count = list_taken(job, &at, end, quads[list]);
-        finish_quads(job, quads[corners], placing + corners);
+        for (int m = 0; m < placing[corners].count; ++m)
+            merge(job, quads[corners][m], placing[corners].merged + m, own);
         if (placing[start].count > 0)
             qni_simplify_start_placing(job, placing + start);
         if (placing[(n + 1) % STEPS].count > 0)
@@ -310,21 +301,21 @@ qn_status qni_simplify_first(qni_simplifier *job, qn_error *error) {
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
     for (int32_t t = 0; t < threads; ++t)
         find(job, t, parts + t);
-    bool failed = any_failed(job, parts);
+    const bool failed = any_failed(job, parts);
     for (int colour = 0; colour < QNI_COLOURS && !failed; ++colour) {
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
         for (int32_t t = 0; t < threads; ++t)
             for (size_t odd = 0; odd < 2; ++odd)
-                take_list(job, parts[t].merges + 2 * (size_t)colour + odd, odd, parts + t);
-        failed = any_failed(job, parts);
+                take(job, parts[t].merges + 2 * (size_t)colour + odd, odd, parts + t);
     }
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
     for (int32_t t = 0; t < threads; ++t)
         if (!failed)
-            finish(job, t, parts + t);
+            carry_out(job, t, parts + t);
     qni_simplify_note_memory(job);
-    const qn_status status =
-        failed ? qni_fail_memory(error, "the list of quads to remove") : gather(job, parts, error);
+    const qn_status status = any_failed(job, parts)
+                                 ? qni_fail_memory(error, "the list of quads to remove")
+                                 : gather(job, parts, error);
     free_parts(job, parts);
     return status;
 }

@@ -204,6 +204,14 @@ static bool look_at_ring(const qni_around *around, const uint32_t corner[4], can
     return !has_rival_quad(around, item);
 }
 
+/* Ask for what tells the quads round a vertex. */
+static void expect_vertex(const qni_around *around, uint32_t vertex) {
+    if (around->index)
+        qni_leaf_index_prefetch(around->index, vertex);
+    else
+        __builtin_prefetch(around->mesh->vertex_halfedges + vertex);
+}
+
 /* ---- looking at all suspects ----------------------------------------------------------------- */
 
 static int compare_turns(const void *first, const void *second) {
@@ -212,14 +220,22 @@ static int compare_turns(const void *first, const void *second) {
 }
 
 /* What is listed lies scattered: it is asked for some items ahead. */
-static void expect(const qni_around *around, const uint32_t *suspects, int64_t n, int64_t count) {
-    enum { FAR = 12, NEAR = 6 };
-    if (around->index == NULL)
+static void expect(const qni_around *around, bool rings, const uint32_t *suspects, int64_t n,
+                   int64_t count) {
+    enum { FAR = 16, NEAR = 8 };
+    const qn_mesh *mesh = around->mesh;
+    if (n + FAR < count) {
+        __builtin_prefetch(mesh->quads + 4 * (size_t)suspects[n + FAR]);
+        if (mesh->twins)
+            __builtin_prefetch(mesh->twins + 4 * (size_t)suspects[n + FAR]);
+    }
+    if (!rings || n + NEAR >= count)
         return;
-    if (n + FAR < count)
-        __builtin_prefetch(around->mesh->quads + 4 * (size_t)suspects[n + FAR]);
-    if (n + NEAR < count)
-        qni_leaf_index_prefetch(around->index, around->mesh->quads[4 * (size_t)suspects[n + NEAR]]);
+    const size_t quad = suspects[n + NEAR];
+    for (size_t k = 0; mesh->twins && k < 4; ++k)
+        expect_vertex(around, mesh->quads[4 * quad + k]);
+    if (!mesh->twins)
+        expect_vertex(around, mesh->quads[4 * quad + 2]);
 }
 
 /* Of a stretch of suspects those that may go; those of the other pattern stay suspect, and are put
@@ -232,7 +248,7 @@ static int64_t look_at_stretch(const qni_simplifier *job, uint32_t *suspects, in
         uint32_t corner[4];
         candidate item = {.quad = suspects[n]};
         const uint8_t colour = around->colour[item.quad];
-        expect(around, suspects, n, count);
+        expect(around, rings, suspects, n, count);
         if (colour == QNI_QUAD_GONE)
             continue;
         const int kind = kind_of(around, item.quad, corner);
@@ -345,10 +361,14 @@ static bool list_middles(const qni_simplifier *job, uint32_t vertex, qni_numbers
 
 static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices, bool middles,
                                qn_error *error) {
+    enum { AHEAD = 6 };
     qni_numbers more = {0};
     bool good = true;
     for (int64_t n = 0; n < vertices->count && good; ++n) {
         const uint32_t vertex = vertices->items[n];
+        if (n + AHEAD < vertices->count &&
+            qni_valence_now(&job->around, vertices->items[n + AHEAD]) <= 4)
+            expect_vertex(&job->around, vertices->items[n + AHEAD]);
         const int valence = job->around.valence[vertex] == QNI_VALENCE_GONE
                                 ? 0
                                 : qni_valence_now(&job->around, vertex);
