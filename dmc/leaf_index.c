@@ -114,22 +114,31 @@ static int active_cell(const qni_dmc_leaf *leaf, int before) {
     return 64 * z + __builtin_ctzll(rest);
 }
 
+/* The first vertex of a multiple cell, counted from the leaf's own first. */
+static int first_of_multi(const qni_dmc_leaf *leaf, const qni_multi_cell *multi) {
+    const int z = multi->cell >> 6;
+    return leaf->before_slice[z] + count_bits(leaf->active[z] & below(multi->cell & 63)) +
+           multi->extra_before;
+}
+
 /* The cell of the leaf's vertex `number`: cells with several polygons have as many vertices. */
 static int cell_of(const qni_leaf_place *place, int number) {
     const qni_dmc_leaf *leaf = place->leaf;
-    const qni_multi_cell *multis = place->multis;
-    int extra = 0;
-    for (int n = 0; n < leaf->multi_count; ++n) {
-        const int cell = multis[n].cell, z = cell >> 6, more = qni_entry_polygons(multis[n].entry);
-        const int first =
-            leaf->before_slice[z] + count_bits(leaf->active[z] & below(cell & 63)) + extra;
-        if (number < first)
-            break;
-        if (number < first + more)
-            return cell;
-        extra += more - 1;
+    int low = 0, high = leaf->multi_count; /* multiple cells that start there or before */
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (first_of_multi(leaf, place->multis + middle) <= number)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    return active_cell(leaf, number - extra);
+    if (low == 0)
+        return active_cell(leaf, number);
+    const qni_multi_cell *last = place->multis + low - 1;
+    const int more = qni_entry_polygons(last->entry);
+    return number < first_of_multi(leaf, last) + more
+               ? last->cell
+               : active_cell(leaf, number - (last->extra_before + more - 1));
 }
 
 static int64_t leaf_of(const qni_leaf_index *index, uint32_t vertex) {

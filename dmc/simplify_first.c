@@ -104,30 +104,18 @@ static int64_t find_diagonals(const uint32_t *corner, const uint8_t *valence, in
     return some;
 }
 
-/* What the valences say of the quads found; those of which they say anything stay. */
-static int64_t find_kinds(const uint32_t *corners, const uint8_t *valence, int64_t count,
-                          uint32_t *found, uint8_t *kind) {
-    int64_t some = 0;
-    for (int64_t n = 0; n < count; ++n) {
-        const uint32_t quad = found[n], *corner = corners + 4 * (size_t)quad;
-        const uint32_t four = valence[corner[0]] | (uint32_t)valence[corner[1]] << 8 |
-                              (uint32_t)valence[corner[2]] << 16 |
-                              (uint32_t)valence[corner[3]] << 24;
-        const int own = qni_kind_of_valences(four & UINT32_C(0x3f3f3f3f));
-        found[some] = quad;
-        kind[some] = (uint8_t)(own | !qni_are_plain(four) << 2);
-        some += own != QNI_QUAD_STAYS;
-    }
-    return some;
+/* What the valences say of a quad; more than merges and rings where that is not sure. */
+static int kind_of(const uint32_t *corner, const uint8_t *valence) {
+    const uint32_t four = valence[corner[0]] | (uint32_t)valence[corner[1]] << 8 |
+                          (uint32_t)valence[corner[2]] << 16 | (uint32_t)valence[corner[3]] << 24;
+    return qni_kind_of_valences(four & UINT32_C(0x3f3f3f3f)) | !qni_are_plain(four) << 2;
 }
 
 static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
     uint32_t found[BLOCK + 1];
-    uint8_t kind[BLOCK + 1];
     const uint32_t *corners = job->mesh->quads + 4 * from;
     const uint8_t *valence = job->around.valence;
-    const int64_t some = find_kinds(
-        corners, valence, find_diagonals(corners, valence, end - from, found), found, kind);
+    const int64_t some = find_diagonals(corners, valence, end - from, found);
     if (!qni_numbers_reserve(job->context, &own->suspects, some))
         return false;
     for (int list = 0; list < LISTS; ++list)
@@ -135,11 +123,12 @@ static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, 
             return false;
     for (int64_t n = 0; n < some; ++n) {
         const int64_t quad = from + found[n];
-        const int as = kind[n];
-        qni_numbers *list = qni_is_merge(as) ? own->merges + 2 * job->around.colour[quad] +
-                                                   (as == QNI_QUAD_MERGES_13)
-                                             : &own->suspects;
-        list->items[list->count++] = (uint32_t)quad;
+        const int kind = kind_of(corners + 4 * (size_t)found[n], valence);
+        qni_numbers *list = qni_is_merge(kind) ? own->merges + 2 * job->around.colour[quad] +
+                                                     (kind == QNI_QUAD_MERGES_13)
+                                               : &own->suspects;
+        list->items[list->count] = (uint32_t)quad;
+        list->count += (kind & 3) != QNI_QUAD_STAYS;
     }
     return true;
 }
