@@ -52,7 +52,10 @@ static qn_status faces_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t lea
         if (!owns_face(stages->octree, cell, face))
             continue;
         const qni_face place = qni_face_of_cell(cell, face);
-        qni_solve_face(stages->hermite, patch->solid, &stages->settings, &place, solution);
+        const qni_cell across = qni_cell_across(cell, face);
+        const bool closely = cell->level == 0 &&
+                             (qni_is_close(stages, cell->low) || qni_is_close(stages, across.low));
+        qni_solve_face(stages->hermite, patch->solid, &stages->settings, &place, closely, solution);
         if (solution->broken)
             return QN_ERROR_INTERNAL;
         faces->count[face] = (uint8_t)solution->count;
@@ -236,6 +239,22 @@ static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *
     return true;
 }
 
+/* Does a step seem to end in a finest cell, and do its creases not lie where the solid's are? */
+static bool note_doubt(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch) {
+    bool escaped = false, turns = false;
+    for (int64_t n = 0; n < patch->loop_count; ++n) {
+        escaped = escaped || patch->loops[n].escaped;
+        turns = turns || qni_step_turns_back(patch, &patch->loops[n]);
+    }
+    if (!turns || (!escaped && qni_creases_hold(patch)))
+        return true;
+    if (!qni_stages_grow(stages, (void **)&chunk->doubts, &chunk->doubt_capacity,
+                         chunk->doubt_count + 1, sizeof *chunk->doubts))
+        return false;
+    memcpy(chunk->doubts[chunk->doubt_count++], patch->cell.low, sizeof *chunk->doubts);
+    return true;
+}
+
 qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
                           const qni_cell_box *box, bool *closed) {
     patch->octree = stages->octree;
@@ -304,7 +323,8 @@ static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf
             return QN_ERROR_OUT_OF_MEMORY;
         chunk->vetoes[chunk->veto_count++] = patch->cell;
     }
-    if (cell->level == 0 && stages->unite && !note_trouble(stages, chunk, patch, &before))
+    if (cell->level == 0 && stages->unite &&
+        (!note_trouble(stages, chunk, patch, &before) || !note_doubt(stages, chunk, patch)))
         return QN_ERROR_OUT_OF_MEMORY;
     return qni_chunk_emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
 }
@@ -315,7 +335,7 @@ void qni_chunk_cells(qni_stages *stages, int64_t index) {
     if (!chunk->make)
         return;
     chunk->triangle_count = chunk->apex_count = chunk->crease_count = chunk->veto_count =
-        chunk->trouble_count = 0;
+        chunk->trouble_count = chunk->doubt_count = 0;
     chunk->cell_tally = none;
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
         chunk->status = cell_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()]);

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_ROUNDS = 12 };
+enum { MOST_ROUNDS = 12, MOST_LOOKS = 6 };
 
 /* ---- running chunks
  * ------------------------------------------------------------------------------ */
@@ -310,6 +310,22 @@ static qn_status unite(qni_stages *stages, qni_veto_list *vetoes, bool may_divid
     return run_chunks(stages, qni_chunk_cells, 0.85, 0.9);
 }
 
+/* Finest cells whose creases are in doubt, and then those that the creases lead to, are looked at
+ * closely. */
+static qn_status look_closer(qni_stages *stages, qni_veto_list *vetoes) {
+    for (int look = 0; stages->unite && look < MOST_LOOKS && vetoes->added == 0; ++look) {
+        int64_t added;
+        QN_TRY(qni_stages_look_closer(stages, &added));
+        if (added == 0)
+            break;
+        QN_TRY(run_chunks(stages, qni_chunk_faces, 0.85, 0.85));
+        QN_TRY(join_features(stages));
+        QN_TRY(run_chunks(stages, qni_chunk_cells, 0.85, 0.85));
+        QN_TRY(qni_stages_gather_vetoes(stages, vetoes));
+    }
+    return QN_OK;
+}
+
 /* `mesh_out` stays NULL when some leaves must be divided first and `again` is set. */
 static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *again,
                            qn_mesh **mesh_out, qn_solid_surface_report *report) {
@@ -318,6 +334,8 @@ static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *agai
     QN_TRY(join_features(stages));
     QN_TRY(run_chunks(stages, qni_chunk_cells, 0.4, 0.85));
     QN_TRY(qni_stages_gather_vetoes(stages, vetoes));
+    if (vetoes->added == 0)
+        QN_TRY(look_closer(stages, vetoes));
     if (!*again || vetoes->added == 0)
         QN_TRY(unite(stages, vetoes, *again));
     *again = *again && vetoes->added > 0;
@@ -367,6 +385,7 @@ static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsenin
     }
     report->scratch_bytes = qn_context_memory(context).current_bytes;
     qni_unions_free(stages);
+    qni_close_free(stages);
     qni_stages_free(stages);
     for (int n = 0; n < 2; ++n)
         qni_octree_destroy(&octrees[n]);

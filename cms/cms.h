@@ -89,9 +89,9 @@ typedef struct qni_face_solution {
 } qni_face_solution;
 
 /* Solve one face; a pure function of the face (face.c). `solid` agrees with the whole one near the
- * face. */
+ * face. `closely`: look for low steps, too. */
 void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
-                    const qni_cms_settings *settings, const qni_face *face,
+                    const qni_cms_settings *settings, const qni_face *face, bool closely,
                     qni_face_solution *solution);
 qni_face qni_face_of_cell(const qni_cell *cell, int face);
 /* Is the face's own normal the one that points out of the cell? */
@@ -192,7 +192,7 @@ typedef struct qni_patch {
     bool flat_only;     /* sheets that curve are not followed */
     int32_t size_cells; /* of a union: how many */
     int32_t dropped;    /* segments without their features */
-    int64_t most_bad; /* a trial: with more flaws than that its triangles do not matter */
+    int64_t most_bad;   /* a trial: with more flaws than that its triangles do not matter */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */
     double size;
@@ -357,6 +357,9 @@ bool qni_cell_is_explained(void *user, const qni_cell *cell);
  * triangle of the patch that faces its way; in a cell, also whether the creases between its
  * triangles lie where the solid's are (folds.c). */
 bool qni_cell_is_explained_by(const qni_patch *patch);
+/* Do two creases come into the cell side by side, as the walls of a step, and no way on? */
+bool qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
+bool qni_creases_hold(const qni_patch *patch);
 bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]);
 bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);
 

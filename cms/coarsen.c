@@ -207,6 +207,11 @@ bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box) {
     return measure_normals(patch, normals) && explains(patch, normals, box);
 }
 
+bool qni_creases_hold(const qni_patch *patch) {
+    double normals[MOST_TRIANGLES][3];
+    return measure_normals(patch, normals) && qni_folds_hold(patch, (const double(*)[3])normals);
+}
+
 bool qni_cell_is_explained_by(const qni_patch *patch) {
     const qni_cell *cell = &patch->cell;
     const int32_t size = 1 << cell->level;

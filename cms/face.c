@@ -141,9 +141,11 @@ static bool trace_pair(const qni_face_job *job, const qni_face_point *enter,
                        const qni_face_point *leave, qni_trace *trace) {
     static const double high_step = 0.5; /* 30 degrees */
     trace->count = 0;
+    if (!job->settings->features || (job->closely && qni_trace_step(job, enter, leave, trace)))
+        return true;
     if (qni_pair_is_sharp(job, enter, leave))
         return qni_face_trace(job, enter, leave, trace);
-    if (job->settings->features && qni_pair_step(job, enter, leave) > high_step &&
+    if (job->closely || qni_pair_step(job, enter, leave) <= high_step ||
         !qni_trace_by_parts(job, enter, leave, STEP_CUTS, trace))
         trace->count = 0;
     return true;
@@ -224,7 +226,7 @@ static void solve_ambiguous(qni_face_job *job, qni_face_solution *solution) {
 }
 
 void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
-                    const qni_cms_settings *settings, const qni_face *face,
+                    const qni_cms_settings *settings, const qni_face *face, bool closely,
                     qni_face_solution *solution) {
     qni_face_job job;
     qni_trace_memo memo;
@@ -234,6 +236,7 @@ void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
     job.solid = solid;
     job.settings = settings;
     job.face = face;
+    job.closely = closely;
     job.p = face->axis == 0 ? 1 : 0;
     job.q = face->axis == 2 ? 1 : 2;
     job.count = 0;

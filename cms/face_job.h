@@ -28,6 +28,7 @@ typedef struct qni_face_job {
     const qn_solid *solid;
     const qni_cms_settings *settings;
     const qni_face *face;
+    bool closely;                   /* steps are looked for, however low */
     int p, q;                       /* the face's axes */
     double low[2], high[2], height; /* height: the face's plane */
     double size;
@@ -88,6 +89,7 @@ bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const q
 /* Of a bend, however smooth, each end lies on the same side of the other's tangent plane; of a step
  * it does not, which two creases make that no end knows of. How high that step is, in shares of its
  * length; 0 when it is none. */
+double qni_line_step(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b);
 double qni_pair_step(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b);
 /* The trace between two crossings whose normals differ (trace.c; qni_face_trace() remembers it).
  * False when it is not found. No bends when the surface only curves. */
@@ -99,6 +101,10 @@ bool qni_trace_within(const qni_face_job *job, const qni_face_point *enter,
                       const qni_face_point *leave, qni_trace *trace);
 bool qni_trace_by_parts(const qni_face_job *job, const qni_face_point *enter,
                         const qni_face_point *leave, int least_cuts, qni_trace *trace);
+/* The same between two of like normals, where a step lies between them, however low: the face is
+ * cut where the step is until it is high in its part. */
+bool qni_trace_step(const qni_face_job *job, const qni_face_point *enter,
+                    const qni_face_point *leave, qni_trace *trace);
 /* A point of the face in space; the tangent of the trace where the surface has a normal: false when
  * it lies in the face. */
 void qni_face_to_space(const qni_face_job *job, const double at[2], double point[3]);

@@ -48,7 +48,8 @@ const qni_kept_face *qni_face_store_solve(qni_face_store *store, const qni_patch
         kept = &store->faces[place_of(&place, block)];
     }
     if (!kept->known) {
-        qni_solve_face(patch->hermite, patch->solid, patch->settings, &place, &store->solution);
+        qni_solve_face(patch->hermite, patch->solid, patch->settings, &place, false,
+                       &store->solution);
         keep(&store->solution, kept);
     }
     return kept;

@@ -92,6 +92,8 @@ static bool fold_holds(const qni_patch *patch, const fold *edge) {
 }
 
 bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
+    /* Half the crease angle: what should be a crease, but is not sharp, is in the wrong place. */
+    const double most = sqrt(fmax(0.5 + 0.5 * patch->settings->crease_cosine, 0));
     int64_t sharp = 0;
     for (int64_t n = 0; n < patch->loop_count; ++n)
         sharp += patch->loops[n].sharp_count;
@@ -100,7 +102,7 @@ bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
             const int32_t *a = patch->triangles[s], *b = patch->triangles[t];
             const int at = shared_edge(a, b);
             fold edge;
-            if (at < 0 || dot3(normals[s], normals[t]) >= patch->settings->crease_cosine)
+            if (at < 0 || dot3(normals[s], normals[t]) >= most)
                 continue;
             const int32_t ends[2] = {a[at], a[(at + 1) % 3]};
             if (is_sharp(patch, ends[0]) && is_sharp(patch, ends[1]) &&
@@ -108,4 +110,50 @@ bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
                 return false;
         }
     return true;
+}
+
+/* The nearest vertex of the loop, from one on, that knows a plane. */
+static const qni_loop_vertex *plane_beside(const qni_loop_vertex *v, int32_t count, int32_t from,
+                                           int32_t step) {
+    for (int32_t n = 1; n < count; ++n) {
+        const qni_loop_vertex *vertex = &v[(from + n * step + n * count) % count];
+        if (vertex->has_plane)
+            return vertex;
+    }
+    return NULL;
+}
+
+/* Is it from one feature to the next across the wall of a step? Beyond both is the same sheet, or
+ * one much like it, and the way goes down from the one and down to the other; along a crease it
+ * goes along the sheet, or to the same side of both ends. */
+static bool is_wall(const qni_patch *patch, const qni_loop_vertex *v, int32_t count, int32_t from,
+                    int32_t to) {
+    static const double least_slope = 0.25;
+    const double cosine = patch->settings->crease_cosine;
+    const qni_loop_vertex *before = plane_beside(v, count, from, -1),
+                          *wall = v[from].has_plane ? &v[from] : plane_beside(v, count, from, 1),
+                          *after = plane_beside(v, count, to, 1);
+    double way[3];
+    for (int k = 0; k < 3; ++k)
+        way[k] = (double)v[to].place[k] - (double)v[from].place[k];
+    if (!before || !wall || !after || dot3(before->normal, after->normal) < cosine ||
+        dot3(before->normal, wall->normal) > cosine || dot3(after->normal, wall->normal) > cosine)
+        return false;
+    const double least = least_slope * sqrt(dot3(way, way)), down = dot3(before->normal, way),
+                 on = dot3(after->normal, way);
+    return fabs(down) > least && fabs(on) > least && down * on > 0;
+}
+
+bool qni_step_turns_back(const qni_patch *patch, const qni_loop *loop) {
+    const qni_loop_vertex *v = patch->vertices + loop->first;
+    for (int32_t from = 0; from < loop->count; ++from) {
+        int32_t n = 1;
+        if (!v[from].sharp)
+            continue;
+        while (n < loop->count && !v[(from + n) % loop->count].sharp)
+            ++n;
+        if (n < loop->count && is_wall(patch, v, loop->count, from, (from + n) % loop->count))
+            return true;
+    }
+    return false;
 }

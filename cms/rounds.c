@@ -23,6 +23,7 @@ static void free_chunk(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
     qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
     qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
+    qni_free(context, chunk->doubts, chunk->doubt_capacity, sizeof *chunk->doubts);
 }
 
 static void clear_chunk(qni_stages *stages, qni_chunk *chunk) {
@@ -192,8 +193,20 @@ static void mark_solved(const qni_stages *stages, const qni_cell *divided) {
     }
 }
 
+/* A face belongs to the cell below it, or to the finer one. */
+void qni_stages_mark_cell(qni_stages *stages, const int32_t low[3]) {
+    for (int axis = -1; axis < 3; ++axis) {
+        int32_t at[3] = {low[0], low[1], low[2]};
+        if (axis >= 0)
+            --at[axis];
+        qni_chunk *chunk = qni_stages_chunk_at(stages, at);
+        if (chunk)
+            chunk->solve = true;
+    }
+}
+
 /* All chunks beside those that are solved anew, and all of large leaves. */
-static void mark_made(qni_stages *stages) {
+void qni_stages_mark_made(qni_stages *stages) {
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
         qni_chunk *chunk = &stages->chunks[n];
         chunk->make = chunk->make || !holds_blocks(chunk);
@@ -236,7 +249,7 @@ static void mark_changed(qni_stages *stages, const qni_cell *divided, int64_t co
         } else {
             mark_solved(stages, &divided[n]);
         }
-    mark_made(stages);
+    qni_stages_mark_made(stages);
     stages->renumbered = true;
 }
 

@@ -10,7 +10,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_DEPTH = 3, MOST_VERTICES = 24, LEAST_SHARP = 2, MOST_FLAT_CUTS = 400, MOST_CUTS = 40 };
+enum {
+    MOST_DEPTH = 3,
+    MOST_VERTICES = 24,
+    LEAST_SHARP = 2,
+    MOST_FLAT_CUTS = 400,
+    MOST_CUTS = 40,
+    FACE_SLACK = 3
+};
 
 /* A cut: from vertex a to vertex b of a loop, by way of an inner point if there is one. Ends that
  * are sharp belong to the part after them where the bit says so, else to the one before. */
@@ -106,12 +113,13 @@ static bool ends_fit(const qni_patch *patch, const qni_loop *loop) {
     return true;
 }
 
-static bool is_near_middle(const qni_patch *patch, const float *const *places, int count) {
+static bool is_near_middle(const qni_patch *patch, const float *const *places, int count,
+                           double within) {
     double middle[3] = {0, 0, 0};
     for (int n = 0; n < count; ++n)
         for (int k = 0; k < 3; ++k)
             middle[k] += (double)places[n][k] / count;
-    return qni_patch_on_surface(patch, middle, patch->cut_within);
+    return qni_patch_on_surface(patch, middle, within);
 }
 
 /* Do the part's triangles, and its creases, lie on the surface? A crease that is none can have both
@@ -121,13 +129,14 @@ static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
     for (int32_t t = 0; t < loop->triangle_count; ++t) {
         for (int k = 0; k < 3; ++k)
             places[k] = qni_patch_place(patch, patch->triangles[loop->triangle_first + t][k]);
-        if (!is_near_middle(patch, places, 3))
+        if (!is_near_middle(patch, places, 3, FACE_SLACK * patch->cut_within))
             return false;
     }
     places[1] = loop->apex;
     for (int32_t n = 0; n < loop->count && loop->has_apex; ++n) {
         places[0] = patch->vertices[loop->first + n].place;
-        if (patch->vertices[loop->first + n].sharp && !is_near_middle(patch, places, 2))
+        if (patch->vertices[loop->first + n].sharp &&
+            !is_near_middle(patch, places, 2, patch->cut_within))
             return false;
     }
     return true;

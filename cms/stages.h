@@ -46,6 +46,8 @@ typedef struct qni_chunk {
     int64_t veto_count, veto_capacity;
     qni_trouble *troubles;
     int64_t trouble_count, trouble_capacity;
+    int32_t (*doubts)[3]; /* finest cells whose creases do not lie where the solid's are */
+    int64_t doubt_count, doubt_capacity;
     qni_cms_tally face_tally, cell_tally;
     qn_status status;
 } qni_chunk;
@@ -63,6 +65,8 @@ typedef struct qni_stages {
         *features; /* of all chunks, as they were solved; some may be of no use any more
                     */
     int64_t feature_count;
+    int32_t (*close)[3]; /* finest cells whose faces are looked at closely; ascending z, y, x */
+    int64_t close_count, close_capacity;
     bool unite; /* finest cells that do not come out well may be united with others */
     qni_unions unions;
     bool large_changed; /* leaves above the blocks were divided: their chunks are cut anew */
@@ -128,6 +132,20 @@ typedef struct qni_remembered {
     const qni_octree *before; /* NULL: none */
 } qni_remembered;
 bool qni_ask_remembered(void *user, const qni_cell *cell);
+
+/* Mark the chunks that have, or make, faces of a finest cell. */
+void qni_stages_mark_cell(qni_stages *stages, const int32_t low[3]);
+void qni_stages_mark_made(qni_stages *stages);
+
+/* ---- a closer look (closer.c)
+ * ------------------------------------------------------------------------ */
+
+/* Is a finest cell one of those whose faces are looked at closely? */
+bool qni_is_close(const qni_stages *stages, const int32_t low[3]);
+/* Add the cells whose creases are in doubt, and mark the chunks that this changes; how many are
+ * new. */
+qn_status qni_stages_look_closer(qni_stages *stages, int64_t *added);
+void qni_close_free(qni_stages *stages);
 
 /* ---- unions (unite.c) ---------------------------------------------------------------------------
  */

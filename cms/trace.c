@@ -19,12 +19,16 @@ bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const q
            m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < job->settings->crease_cosine;
 }
 
-double qni_pair_step(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b) {
-    const double way[2] = {b->line.at[0] - a->line.at[0], b->line.at[1] - a->line.at[1]};
-    const double *m = a->line.space_normal, *n = b->line.space_normal,
-                 length = hypot(way[0], way[1]), over_a = m[job->p] * way[0] + m[job->q] * way[1],
+double qni_line_step(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b) {
+    const double way[2] = {b->at[0] - a->at[0], b->at[1] - a->at[1]};
+    const double *m = a->space_normal, *n = b->space_normal, length = hypot(way[0], way[1]),
+                 over_a = m[job->p] * way[0] + m[job->q] * way[1],
                  over_b = -(n[job->p] * way[0] + n[job->q] * way[1]);
     return over_a * over_b < 0 ? fmax(fabs(over_a), fabs(over_b)) / length : 0;
+}
+
+double qni_pair_step(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b) {
+    return qni_line_step(job, &a->line, &b->line);
 }
 
 static bool lines_meet(const qni_face_line *a, const qni_face_line *b, double out[2]) {

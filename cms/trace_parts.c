@@ -13,7 +13,14 @@
 enum { LARGEST_LEVEL = 3 };
 
 /* No trace that was found, on models, solids and level sets, took more than 24 parts. */
-enum { MOST_CUTS = 12, MOST_PARTS = 48, PART_POINTS = 16, MOST_CROSSINGS = 8, MOST_STEPS = 16 };
+enum {
+    STEP_CUTS = 4,
+    MOST_CUTS = 12,
+    MOST_PARTS = 48,
+    PART_POINTS = 16,
+    MOST_CROSSINGS = 8,
+    MOST_STEPS = 16
+};
 
 /* A crossing on the border of a part. */
 typedef struct border_point {
@@ -33,6 +40,7 @@ typedef struct walk {
     qni_face_job job; /* its bounds are those of the part that is looked at */
     qni_trace *trace;
     int least_cuts; /* parts that were cut less often are cut again */
+    bool steps;     /* so are parts with a step between two of like normals */
     int parts;      /* looked at */
     bool lost;      /* more bends than a segment can have, or too many parts: cutting on is idle */
 } walk;
@@ -161,6 +169,23 @@ static bool trace_part(walk *w, const part *here, const border_point *enter,
     return !w->lost;
 }
 
+/* How high the step between the only two points of a part is, in shares of its length; of like
+ * normals only. */
+static double step_of(const walk *w, const part *here) {
+    const qni_face_line *a = &here->points[0].line, *b = &here->points[1].line;
+    const double *m = a->space_normal, *n = b->space_normal;
+    if (m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < w->job.settings->crease_cosine)
+        return 0;
+    return qni_line_step(&w->job, a, b);
+}
+
+/* Is a part to be cut before its trace is asked for? Where a step is in it that is the higher in
+ * it the smaller the part: what only curves gets flatter. */
+static bool holds_step(const walk *w, const part *here, int cuts, double step, double before) {
+    static const double lowest = 0.01, grows = 0.9;
+    return w->steps && cuts < MOST_CUTS && here->count == 2 && step > fmax(lowest, grows * before);
+}
+
 static int find_from(const part *here, int32_t from) {
     for (int n = 0; n < here->count; ++n)
         if (here->points[n].from == from)
@@ -170,9 +195,11 @@ static int find_from(const part *here, int32_t from) {
 
 /* Follow the trace from where it comes into a part to where it leaves it: that point's number; -1
  * when it is lost. */
-static int follow(walk *w, const part *whole, int start, int cuts) {
+static int follow(walk *w, const part *whole, int start, int cuts, double step_before) {
     const int before = w->trace->count;
+    const double own_step = w->steps && whole->count == 2 ? step_of(w, whole) : step_before;
     if (whole->count == 2 && cuts >= w->least_cuts &&
+        !holds_step(w, whole, cuts, own_step, step_before) &&
         trace_part(w, whole, &whole->points[start], &whole->points[1 - start]))
         return 1 - start;
     part halves[2];
@@ -181,7 +208,7 @@ static int follow(walk *w, const part *whole, int start, int cuts) {
     w->trace->count = before;
     int half = find_from(&halves[0], start) >= 0 ? 0 : 1, at = find_from(&halves[half], start);
     for (int step = 0; step < MOST_STEPS && at >= 0; ++step) {
-        const int end = follow(w, &halves[half], at, cuts + 1);
+        const int end = follow(w, &halves[half], at, cuts + 1, own_step);
         if (end < 0)
             return -1;
         const int32_t from = halves[half].points[end].from;
@@ -193,10 +220,11 @@ static int follow(walk *w, const part *whole, int start, int cuts) {
     return -1;
 }
 
-bool qni_trace_by_parts(const qni_face_job *job, const qni_face_point *enter,
-                        const qni_face_point *leave, int least_cuts, qni_trace *trace) {
+static bool trace_by_parts(const qni_face_job *job, const qni_face_point *enter,
+                           const qni_face_point *leave, int least_cuts, bool steps,
+                           qni_trace *trace) {
     part whole = {.low = {job->low[0], job->low[1]}, .high = {job->high[0], job->high[1]}};
-    walk w = {*job, trace, least_cuts, 0, false};
+    walk w = {*job, trace, least_cuts, steps, 0, false};
     if (job->count > PART_POINTS || job->face->level > LARGEST_LEVEL)
         return false;
     int start = -1, end = -1;
@@ -209,8 +237,18 @@ bool qni_trace_by_parts(const qni_face_job *job, const qni_face_point *enter,
     }
     trace->count = 0;
     trace->lines[0] = enter->line;
-    if (start < 0 || follow(&w, &whole, start, 0) != end)
+    if (start < 0 || follow(&w, &whole, start, 0, 0) != end)
         return false;
     trace->verified = true;
     return true;
+}
+
+bool qni_trace_by_parts(const qni_face_job *job, const qni_face_point *enter,
+                        const qni_face_point *leave, int least_cuts, qni_trace *trace) {
+    return trace_by_parts(job, enter, leave, least_cuts, false, trace);
+}
+
+bool qni_trace_step(const qni_face_job *job, const qni_face_point *enter,
+                    const qni_face_point *leave, qni_trace *trace) {
+    return trace_by_parts(job, enter, leave, STEP_CUTS, true, trace);
 }
