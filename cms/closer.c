@@ -33,6 +33,13 @@ void qni_close_free(qni_stages *stages) {
     stages->close_count = stages->close_capacity = 0;
 }
 
+/* Steps that run out are few. Where there seem to be many the model's own facets are as small as
+ * the cells, and half of the surface would be made again for them. */
+static bool are_few(const qni_stages *stages, int64_t count) {
+    enum { FEW = 8, LEAVES_FOR_EACH = 1000 };
+    return count <= FEW || count <= stages->octree->leaf_count / LEAVES_FOR_EACH;
+}
+
 qn_status qni_stages_look_closer(qni_stages *stages, int64_t *added) {
     const int64_t before = stages->close_count;
     int64_t wanted = before, count = before;
@@ -48,7 +55,8 @@ qn_status qni_stages_look_closer(qni_stages *stages, int64_t *added) {
             if (!qni_is_close(stages, low))
                 memcpy(stages->close[count++], low, sizeof *stages->close);
         }
-    *added = count - before;
+    *added = are_few(stages, count - before) ? count - before : 0;
+    stages->skipped_steps = count - before - *added;
     if (*added == 0)
         return QN_OK;
     for (int64_t n = 0; n < stages->chunk_count; ++n)

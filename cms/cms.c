@@ -345,6 +345,7 @@ static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *agai
         return QN_OK;
     }
     report->divided_leaves = vetoes->count - vetoes->added;
+    report->skipped_steps = stages->skipped_steps;
     if (stages->renumbered)
         QN_TRY(recount(stages));
     QN_TRY(audit(stages, &report->segments));

@@ -67,7 +67,8 @@ typedef struct qni_stages {
     int64_t feature_count;
     int32_t (*close)[3]; /* finest cells whose faces are looked at closely; ascending z, y, x */
     int64_t close_count, close_capacity;
-    bool unite; /* finest cells that do not come out well may be united with others */
+    int64_t skipped_steps; /* cells in doubt that were too many to be looked at */
+    bool unite;            /* finest cells that do not come out well may be united with others */
     qni_unions unions;
     bool large_changed; /* leaves above the blocks were divided: their chunks are cut anew */
     bool renumbered;    /* chunks were solved anew: features do not lie in the chunks' order */

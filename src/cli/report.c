@@ -169,6 +169,7 @@ static void set_solid_integers(json_t *object, const qn_solid_surface_report *s)
         {"split_loops", s->split_loops},
         {"flat_vertices", s->flat_vertices},
         {"kept_regions", s->kept_regions},
+        {"skipped_steps", s->skipped_steps},
         {"multiple_cells", s->multiple_cells},
         {"moved_loops", s->moved_loops},
         {"nested_cells", s->nested_cells},

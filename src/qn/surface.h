@@ -246,6 +246,8 @@ typedef struct qn_solid_surface_report {
                             * pokes through a wall between them where no lattice edge tells */
     int64_t split_loops;   /* loops cut in parts, since they hold several corners or creases */
     int64_t flat_vertices; /* dropped within flat parts and along straight edges between them */
+    int64_t skipped_steps; /* finest cells where creases seem to run out and that were not looked at
+                              closely, being many: facets as small as cells */
     int64_t kept_regions; /* flat parts left divided, since merged ones would meet other surfaces */
 } qn_solid_surface_report;
 
