@@ -32,9 +32,9 @@ typedef struct qni_simplify_report {
 
 /* The mesh must have quads alone. Halfedges stay right where it has them; it must have some unless
  * the options hold an index of its leaves. Order is kept: what is left stands in the order it had.
- * The Euler characteristic, components and orientation stay, and what was a 2-manifold remains one
- * (where edges are doubled already, merges beside them may make one more). Same bytes for any
- * number of threads, with halfedges and without. On failure the mesh is fit only to be destroyed.
+ * The Euler characteristic, components and orientation stay, and what was a 2-manifold remains one.
+ * Same bytes for any number of threads, with halfedges and without. On failure the mesh is fit only
+ * to be destroyed.
  *
  * Source: [DMC21] section 4. Departures: rounds of independent removals until none is left (the
  * paper: one pass); conditions that keep the surface a manifold; halfedges patched in place, or not
