@@ -148,7 +148,7 @@ static qn_status find_meetings(const qni_flat *flat, const uint32_t *numbers, co
             wanted[numbers[flat->corners[h]]] = 1;
     const qn_mesh_view view = qn_mesh_get_view(mesh);
     const qn_status status =
-        qni_mesh_crossings(flat->context, &view, "surface", wanted, marks, count, error);
+        qni_mesh_crossings(flat->context, &view, "merge", wanted, marks, count, error);
     qni_free(flat->context, wanted, mesh->vertex_count, 1);
     return status;
 }
@@ -173,7 +173,7 @@ static qn_status finish(const qni_flat *flat, uint32_t *numbers, barred_regions 
     return status;
 }
 
-/* *out stays NULL where nothing is to be dropped, too; then *done. */
+/* *out stays NULL where nothing is to be dropped, too; then *dropped is 0. */
 static qn_status attempt(qn_context *context, const qn_mesh *mesh, double near,
                          barred_regions *barred, qn_mesh **out, int64_t *dropped, qn_error *error) {
     qni_flat flat = {.context = context,

@@ -32,7 +32,7 @@ static const model csg_models[] = {
     {"example017", true, 1, 2.5, false},
     {"example018", true, 1, 1, false},
     {"example021", true, 1, 1, true},
-    {"horn-torus", true, 1, 4.5, false},
+    {"horn-torus", true, 1, 4.2, false},
     {"hull3-tests", false, 1, 1, false},
     {"intersection-tests", false, 1, 40, false},
     {"issue1105", false, 1, 1, false},
