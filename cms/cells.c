@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* One chunk of leaves: the faces they own, then their cells.
- *
- * A face between two leaves belongs to the finer one; between equal ones to that below it. */
+/* The cells of one chunk's leaves. In a later pass only cells whose faces have changed are made
+ * anew. */
 #include "cms/stages.h"
 #include "core/context.h"
 #include "core/cube_hd.h"
@@ -11,92 +10,20 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- faces
- * --------------------------------------------------------------------------------------- */
-
-static bool owns_face(const qni_octree *octree, const qni_cell *cell, int face) {
-    if (qni_octree_divided_across(octree, cell, face))
-        return false;
-    return (face & 1) || qni_octree_coarser_across(octree, cell, face);
-}
-
-static bool keep_solution(qni_stages *stages, qni_chunk *chunk, const qni_face_solution *solution) {
-    if (!qni_stages_grow(stages, (void **)&chunk->segments, &chunk->segment_capacity,
-                         chunk->segment_count + solution->count, sizeof *chunk->segments) ||
-        !qni_stages_grow(stages, (void **)&chunk->features, &chunk->feature_capacity,
-                         chunk->feature_count + solution->feature_count, sizeof *chunk->features))
-        return false;
-    for (int n = 0; n < solution->count; ++n) {
-        qni_segment segment = solution->segments[n];
-        segment.feature += (uint32_t)chunk->feature_count;
-        chunk->segments[chunk->segment_count++] = segment;
-    }
-    for (int n = 0; n < solution->feature_count; ++n) {
-        chunk->features[chunk->feature_count++] = solution->features[n];
-        chunk->face_tally.face_features += solution->features[n].sharp;
-    }
-    chunk->face_tally.ambiguous_faces += solution->ambiguous;
-    chunk->face_tally.dropped_features += solution->dropped;
-    chunk->face_tally.unresolved_faces += solution->unresolved;
-    return true;
-}
-
-static qn_status faces_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf, qni_patch *patch,
-                               qni_face_solution *solution) {
-    const qni_cell *cell = &stages->octree->leaves[leaf];
-    qni_leaf_faces *faces = &chunk->faces[leaf - chunk->leaf_first];
-    faces->first = (uint32_t)chunk->segment_count;
-    qni_patch_set_cell(patch, cell);
-    for (int face = 0; face < QNI_FACES; ++face) {
-        faces->count[face] = 0;
-        if (!owns_face(stages->octree, cell, face))
-            continue;
-        const qni_face place = qni_face_of_cell(cell, face);
-        const qni_cell across = qni_cell_across(cell, face);
-        const bool closely = cell->level == 0 &&
-                             (qni_is_close(stages, cell->low) || qni_is_close(stages, across.low));
-        qni_solve_face(stages->hermite, patch->solid, &stages->settings, &place, closely, solution);
-        if (solution->broken)
-            return QN_ERROR_INTERNAL;
-        faces->count[face] = (uint8_t)solution->count;
-        if (!keep_solution(stages, chunk, solution))
-            return QN_ERROR_OUT_OF_MEMORY;
-    }
-    return QN_OK;
-}
-
-void qni_chunk_faces(qni_stages *stages, int64_t index) {
-    qni_chunk *chunk = &stages->chunks[index];
-    const qni_cms_tally none = {0};
-    const int64_t leaves = chunk->leaf_end - chunk->leaf_first;
-    if (!chunk->solve)
-        return;
-    chunk->segment_count = chunk->feature_count = 0;
-    chunk->face_tally = none;
-    if (!qni_stages_grow(stages, (void **)&chunk->faces, &chunk->face_capacity, leaves,
-                         sizeof *chunk->faces))
-        chunk->status = QN_ERROR_OUT_OF_MEMORY;
-    for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
-        chunk->status = faces_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()],
-                                      &stages->solutions[qni_thread_index()]);
-}
-
-/* ---- cells
- * --------------------------------------------------------------------------------------- */
-
-/* The segments on one leaf face, whoever owns it, as seen from the cell; without a patch they are
- * only counted. */
+/* The segments on one leaf face, whoever owns it, as seen from the cell; without a patch their uses
+ * are counted. */
 static bool take_segments(qni_stages *stages, qni_patch *patch, int64_t leaf, int owner_face,
                           bool out) {
     qni_chunk *chunk = &stages->chunks[stages->chunk_of_leaf[leaf]];
     const qni_leaf_faces *faces = &chunk->faces[leaf - chunk->leaf_first];
     int64_t first = faces->first;
     for (int face = 0; face < owner_face; ++face)
-        first += faces->count[face];
-    for (int n = 0; n < faces->count[owner_face]; ++n) {
+        first += faces->at[face].count;
+    for (int n = 0; n < faces->at[owner_face].count; ++n) {
         qni_segment *segment = &chunk->segments[first + n];
-        ++segment->used[out ? 0 : 1];
-        if (patch && !qni_patch_add_piece(patch, segment, out, (uint32_t)chunk->feature_base))
+        if (!patch)
+            ++segment->used[out ? 0 : 1];
+        else if (!qni_patch_add_piece(patch, segment, out, 0))
             return false;
     }
     return true;
@@ -140,7 +67,7 @@ static bool gather_cell(qni_stages *stages, qni_patch *patch, int64_t leaf,
         if (box && holds(box, across.low))
             continue;
         const bool out = qni_face_points_out(face);
-        if (owns_face(stages->octree, cell, face) ? !take_segments(stages, patch, leaf, face, out)
+        if (qni_owns_face(stages->octree, cell, face) ? !take_segments(stages, patch, leaf, face, out)
                                                   : !gather_face(stages, patch, cell, face, out))
             return false;
     }
@@ -213,7 +140,7 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
 /* What gets a union its try (unite.c). */
 static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
                          const qni_cms_tally *before) {
-    const qni_cms_tally *after = &chunk->cell_tally;
+    const qni_cms_tally *after = &chunk->tally;
     qni_trouble trouble = {
         .cell = {patch->cell.low[0], patch->cell.low[1], patch->cell.low[2]},
         .bad = patch->dropped + (int32_t)(after->moved_loops - before->moved_loops),
@@ -255,8 +182,8 @@ static bool note_doubt(qni_stages *stages, qni_chunk *chunk, const qni_patch *pa
     return true;
 }
 
-qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
-                          const qni_cell_box *box, bool *closed) {
+static qn_status gather(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                        const qni_cell_box *box) {
     patch->octree = stages->octree;
     patch->unions = &stages->unions;
     if (box)
@@ -265,6 +192,12 @@ qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
         qni_patch_set_cell(patch, &stages->octree->leaves[leaf]);
     if (box ? !gather_union(stages, patch, box) : !gather_cell(stages, patch, leaf, NULL))
         return QN_ERROR_OUT_OF_MEMORY;
+    return QN_OK;
+}
+
+qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
+                          const qni_cell_box *box, bool *closed) {
+    QN_TRY(gather(stages, patch, leaf, box));
     *closed = qni_patch_trace(patch, stages->features);
     return patch->failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
 }
@@ -290,58 +223,108 @@ static qn_status make_united(qni_stages *stages, qni_chunk *chunk, const qni_cel
                              qni_patch *patch) {
     bool closed;
     QN_TRY(qni_trace_patch(stages, patch, -1, box, &closed));
-    ++chunk->cell_tally.united_cells;
+    ++chunk->tally.united_cells;
     if (!closed)
         return QN_ERROR_INTERNAL;
-    QN_TRY(qni_fill_patch(patch, &chunk->cell_tally));
+    QN_TRY(qni_fill_patch(patch, &chunk->tally));
     return qni_chunk_emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
 }
 
-static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf,
-                              qni_patch *patch) {
-    const qni_cell *cell = &stages->octree->leaves[leaf];
-    if (stages->settings.open && lies_across_bounds(&stages->hermite->lattice, cell)) {
-        gather_cell(stages, NULL, leaf, NULL);
-        return QN_OK;
-    }
-    const int64_t number = cell->level ? -1 : qni_find_union(&stages->unions, cell->low);
-    if (number >= 0) {
-        const qni_cell_box *box = &stages->unions.items[number];
-        return makes_union(stages, box, leaf) ? make_united(stages, chunk, box, patch) : QN_OK;
-    }
-    const qni_cms_tally before = chunk->cell_tally;
-    bool closed;
-    QN_TRY(qni_trace_patch(stages, patch, leaf, NULL, &closed));
+static bool note_veto(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch) {
+    if (!qni_stages_grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity,
+                         chunk->veto_count + 1, sizeof *chunk->vetoes))
+        return false;
+    chunk->vetoes[chunk->veto_count++] = patch->cell;
+    return true;
+}
+
+/* Of a patch whose pieces are gathered. */
+static qn_status make_cell(qni_stages *stages, qni_chunk *chunk, qni_patch *patch) {
+    const qni_cms_tally before = chunk->tally;
+    const bool closed = qni_patch_trace(patch, stages->features);
+    if (patch->failed)
+        return QN_ERROR_OUT_OF_MEMORY;
     if (!closed) {
-        ++chunk->cell_tally.open_loops;
+        ++chunk->tally.open_loops;
         return QN_ERROR_INTERNAL;
     }
-    QN_TRY(qni_fill_patch(patch, &chunk->cell_tally));
-    if (!came_out_well(patch, &before, &chunk->cell_tally)) {
-        if (!qni_stages_grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity,
-                             chunk->veto_count + 1, sizeof *chunk->vetoes))
-            return QN_ERROR_OUT_OF_MEMORY;
-        chunk->vetoes[chunk->veto_count++] = patch->cell;
-    }
-    if (cell->level == 0 && stages->unite &&
+    QN_TRY(qni_fill_patch(patch, &chunk->tally));
+    if (!came_out_well(patch, &before, &chunk->tally) && !note_veto(stages, chunk, patch))
+        return QN_ERROR_OUT_OF_MEMORY;
+    if (patch->cell.level == 0 && stages->unite &&
         (!note_trouble(stages, chunk, patch, &before) || !note_doubt(stages, chunk, patch)))
         return QN_ERROR_OUT_OF_MEMORY;
     return qni_chunk_emit(stages, chunk, patch) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
 }
 
-void qni_chunk_cells(qni_stages *stages, int64_t index) {
-    qni_chunk *chunk = &stages->chunks[index];
-    const qni_cms_tally none = {0};
-    if (!chunk->make)
-        return;
-    chunk->triangle_count = chunk->apex_count = chunk->crease_count = chunk->veto_count =
-        chunk->trouble_count = chunk->doubt_count = 0;
-    chunk->cell_tally = none;
-    for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end && chunk->status == QN_OK; ++leaf)
-        chunk->status = cell_of_leaf(stages, chunk, leaf, &stages->patches[qni_thread_index()]);
+/* Make it, or hand over what it made before, when `walk` is there. */
+static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf, qni_patch *patch,
+                              qni_kept_walk *walk) {
+    const qni_cell *cell = &stages->octree->leaves[leaf];
+    if (stages->settings.open && lies_across_bounds(&stages->hermite->lattice, cell))
+        return QN_OK;
+    const int64_t number = cell->level ? -1 : qni_find_union(&stages->unions, cell->low);
+    if (number >= 0) {
+        const qni_cell_box *box = &stages->unions.items[number];
+        return makes_union(stages, box, leaf) ? make_united(stages, chunk, box, patch) : QN_OK;
+    }
+    QN_TRY(gather(stages, patch, leaf, NULL));
+    if (walk && patch->youngest != stages->pass &&
+        chunk->faces[leaf - chunk->leaf_first].pass != stages->pass)
+        return qni_kept_hand_over(stages, walk, chunk) ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
+    return make_cell(stages, chunk, patch);
 }
 
-void qni_chunk_recount(qni_stages *stages, int64_t index) {
+/* What the chunk has that it had not before. */
+static qni_leaf_made made_since(const qni_chunk *chunk, const qni_chunk *before) {
+    const int64_t *now = (const int64_t *)&chunk->tally, *then = (const int64_t *)&before->tally;
+    qni_leaf_made made = {
+        .triangles = (uint32_t)(chunk->triangle_count - before->triangle_count),
+        .apexes = (uint32_t)(chunk->apex_count - before->apex_count),
+        .creases = (uint32_t)(chunk->crease_count - before->crease_count),
+        .notes = (uint8_t)((chunk->veto_count > before->veto_count ? QNI_NOTED_VETO : 0) |
+                           (chunk->trouble_count > before->trouble_count ? QNI_NOTED_TROUBLE : 0) |
+                           (chunk->doubt_count > before->doubt_count ? QNI_NOTED_DOUBT : 0)),
+    };
+    for (int n = 0; n < QNI_TALLIES; ++n) {
+        made.tally[n] = (uint8_t)(now[n] - then[n]);
+        if (now[n] - then[n] > UINT8_MAX)
+            made.notes |= QNI_NOT_KEPT;
+    }
+    return made;
+}
+
+static qn_status make_leaves(qni_stages *stages, qni_chunk *chunk, qni_kept_walk *walk) {
+    qni_patch *patch = &stages->patches[qni_thread_index()];
+    int64_t from = 0;
+    if (!qni_stages_grow(stages, (void **)&chunk->made, &chunk->made_capacity,
+                         chunk->leaf_end - chunk->leaf_first, sizeof *chunk->made))
+        return QN_ERROR_OUT_OF_MEMORY;
+    for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end; ++leaf) {
+        const qni_chunk so_far = *chunk;
+        const int64_t was = qni_leaf_before(stages, chunk, &stages->octree->leaves[leaf], &from);
+        if (was >= 0)
+            qni_kept_skip_to(walk, was);
+        const bool may_keep = was >= 0 && !(walk->before.made[was].notes & QNI_NOT_KEPT);
+        QN_TRY(cell_of_leaf(stages, chunk, leaf, patch, may_keep ? walk : NULL));
+        chunk->made[leaf - chunk->leaf_first] = made_since(chunk, &so_far);
+    }
+    return QN_OK;
+}
+
+void qni_chunk_cells(qni_stages *stages, int64_t index) {
+    qni_chunk *chunk = &stages->chunks[index];
+    if (chunk->make) {
+        qni_kept_walk walk;
+        qni_kept_start(chunk, &walk);
+        chunk->status = make_leaves(stages, chunk, &walk);
+        qni_kept_end(stages, &walk);
+    }
+    chunk->before = stages->octree->leaves + chunk->leaf_first;
+    chunk->before_count = chunk->leaf_end - chunk->leaf_first;
+}
+
+void qni_chunk_count_uses(qni_stages *stages, int64_t index) {
     const qni_chunk *chunk = &stages->chunks[index];
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end; ++leaf)
         gather_cell(stages, NULL, leaf, NULL);

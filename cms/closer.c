@@ -59,12 +59,10 @@ qn_status qni_stages_look_closer(qni_stages *stages, int64_t *added) {
     stages->skipped_steps = count - before - *added;
     if (*added == 0)
         return QN_OK;
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        stages->chunks[n].solve = stages->chunks[n].make = false;
+    qni_stages_mark_none(stages);
     for (int64_t n = before; n < count; ++n)
         qni_stages_mark_cell(stages, stages->close[n]);
     qni_stages_mark_made(stages);
-    stages->renumbered = true;
     stages->close_count = count;
     qsort(stages->close, (size_t)count, sizeof *stages->close, compare_places);
     return QN_OK;

@@ -5,7 +5,6 @@
 #include "core/parallel.h"
 #include "core/status.h"
 #include "mesh/flat.h"
-#include "mesh/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -50,7 +49,20 @@ static qn_status run_chunks(qni_stages *stages, chunk_work *work, double from, d
 /* ---- between faces and cells
  * --------------------------------------------------------------------- */
 
-/* The features that were solved in this round go to the end of all. */
+/* The segments of faces solved in this pass, in a chunk, get the final numbers of their features. */
+static void number_features(const qni_stages *stages, qni_chunk *chunk) {
+    for (int64_t s = 0; s < chunk->segment_count; ++s)
+        if (chunk->segments[s].pass == stages->pass)
+            chunk->segments[s].feature += (uint32_t)chunk->feature_base;
+    if (chunk->feature_count)
+        memcpy(stages->features + chunk->feature_base, chunk->features,
+               sizeof *chunk->features * (size_t)chunk->feature_count);
+    qni_free(stages->context, chunk->features, chunk->feature_capacity, sizeof *chunk->features);
+    chunk->features = NULL;
+    chunk->feature_capacity = 0;
+}
+
+/* The features that were solved in this pass go to the end of all. */
 static qn_status join_features(qni_stages *stages) {
     int64_t total = stages->feature_count;
     for (int64_t n = 0; n < stages->chunk_count; ++n)
@@ -64,24 +76,27 @@ static qn_status join_features(qni_stages *stages) {
         return qni_fail_memory(stages->error, "a surface");
     stages->features = features;
     stages->feature_count = total;
-    for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        qni_chunk *chunk = &stages->chunks[n];
-        if (!chunk->solve)
-            continue;
-        if (chunk->feature_count)
-            memcpy(features + chunk->feature_base, chunk->features,
-                   sizeof *features * (size_t)chunk->feature_count);
-        qni_free(stages->context, chunk->features, chunk->feature_capacity, sizeof *features);
-        chunk->features = NULL;
-        chunk->feature_capacity = 0;
-    }
+#pragma omp parallel for schedule(dynamic, 16) num_threads(stages->threads)
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        if (stages->chunks[n].solve)
+            number_features(stages, &stages->chunks[n]);
     return QN_OK;
+}
+
+/* Faces, then cells, of the chunks that are marked. */
+static qn_status run_pass(qni_stages *stages, qni_veto_list *vetoes, double from, double to) {
+    ++stages->pass;
+    QN_TRY(run_chunks(stages, qni_chunk_faces, from, from + 0.5 * (to - from)));
+    QN_TRY(join_features(stages));
+    QN_TRY(run_chunks(stages, qni_chunk_cells, from + 0.5 * (to - from), to));
+    return qni_stages_gather_vetoes(stages, vetoes);
 }
 
 /* Every face segment was used exactly once forward and once reversed: no crack, no edge of three.
  */
-static qn_status audit(const qni_stages *stages, int64_t *segments) {
+static qn_status audit(qni_stages *stages, int64_t *segments) {
     int64_t wrong = 0;
+    QN_TRY(run_chunks(stages, qni_chunk_count_uses, 0.9, 0.95));
     for (int64_t n = 0; n < stages->chunk_count; ++n)
         for (int64_t s = 0; s < stages->chunks[n].segment_count; ++s) {
             const qni_segment *segment = &stages->chunks[n].segments[s];
@@ -99,164 +114,28 @@ static qn_status audit(const qni_stages *stages, int64_t *segments) {
     return QN_OK;
 }
 
-/* Chunks that were kept have taken their segments in an earlier round: count all of them anew. */
-static qn_status recount(qni_stages *stages) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t s = 0; s < stages->chunks[n].segment_count; ++s)
-            memset(stages->chunks[n].segments[s].used, 0,
-                   sizeof stages->chunks[n].segments[s].used);
-    return run_chunks(stages, qni_chunk_recount, 0.9, 0.95);
-}
-
-/* ---- the mesh
- * ------------------------------------------------------------------------------------ */
-
-typedef struct assembly {
-    uint32_t *crossing_index; /* final index of each crossing; QNI_NONE when no triangle uses it */
-    uint32_t *feature_index;  /* the same of features; NULL: all are used, in their order */
-    int64_t crossings, features, apexes, triangles, creases;
-} assembly;
-
-static void mark_used(const qni_stages *stages, assembly *parts) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        const qni_chunk *chunk = &stages->chunks[n];
-        for (int64_t t = 0; t < chunk->triangle_count; ++t)
-            for (int k = 0; k < 3; ++k) {
-                const uint32_t ref = chunk->triangles[t][k];
-                if (QNI_REF_KIND(ref) == QNI_REF_CROSSING)
-                    parts->crossing_index[QNI_REF_NUMBER(ref)] = 0;
-                else if (QNI_REF_KIND(ref) == QNI_REF_FEATURE && parts->feature_index)
-                    parts->feature_index[QNI_REF_NUMBER(ref)] = 0;
-            }
-    }
-    for (int64_t n = 0; n < stages->hermite->crossing_count; ++n)
-        if (parts->crossing_index[n] == 0)
-            parts->crossing_index[n] = (uint32_t)parts->crossings++;
-}
-
-static void count_parts(qni_stages *stages, assembly *parts) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        qni_chunk *chunk = &stages->chunks[n];
-        const int64_t before = parts->features;
-        for (int64_t m = 0; parts->feature_index && m < chunk->feature_count; ++m)
-            if (parts->feature_index[chunk->feature_base + m] == 0)
-                parts->feature_index[chunk->feature_base + m] = (uint32_t)parts->features++;
-        if (!parts->feature_index)
-            parts->features = before + chunk->feature_count;
-        chunk->apex_base = parts->apexes;
-        chunk->triangle_base = parts->triangles;
-        chunk->crease_base = parts->creases;
-        parts->apexes += chunk->apex_count;
-        parts->triangles += chunk->triangle_count;
-        parts->creases += chunk->crease_count;
-    }
-}
-
-static int64_t feature_place(const assembly *parts, int64_t number) {
-    return parts->feature_index ? (int64_t)parts->feature_index[number] : number;
-}
-
-static uint32_t final_index(const assembly *parts, const qni_chunk *chunk, uint32_t ref) {
-    const uint32_t number = QNI_REF_NUMBER(ref);
-    if (QNI_REF_KIND(ref) == QNI_REF_CROSSING)
-        return parts->crossing_index[number];
-    if (QNI_REF_KIND(ref) == QNI_REF_FEATURE)
-        return (uint32_t)(parts->crossings + feature_place(parts, number));
-    return (uint32_t)(parts->crossings + parts->features + chunk->apex_base) + number;
-}
-
-static void fill_chunk(const qni_stages *stages, const assembly *parts, int64_t index,
-                       qn_mesh *mesh) {
-    const qni_chunk *chunk = &stages->chunks[index];
-    for (int64_t t = 0; t < chunk->triangle_count; ++t)
-        for (int k = 0; k < 3; ++k)
-            mesh->triangles[3 * (chunk->triangle_base + t) + k] =
-                final_index(parts, chunk, chunk->triangles[t][k]);
-    if (chunk->triangle_count)
-        memcpy(mesh->triangle_owners + chunk->triangle_base, chunk->owners,
-               sizeof *chunk->owners * (size_t)chunk->triangle_count);
-    for (int64_t c = 0; c < chunk->crease_count; ++c)
-        for (int k = 0; k < 2; ++k)
-            mesh->crease_edges[2 * (chunk->crease_base + c) + k] =
-                final_index(parts, chunk, chunk->creases[c][k]);
-    for (int64_t n = chunk->feature_base; n < chunk->feature_base + chunk->feature_count; ++n)
-        if (feature_place(parts, n) != QNI_NONE)
-            memcpy(mesh->positions + 3 * (parts->crossings + feature_place(parts, n)),
-                   stages->features[n].place, 3 * sizeof(float));
-    if (chunk->apex_count)
-        memcpy(mesh->positions + 3 * (parts->crossings + parts->features + chunk->apex_base),
-               chunk->apexes, sizeof *chunk->apexes * (size_t)chunk->apex_count);
-}
-
-static void fill_mesh(const qni_stages *stages, const assembly *parts, qn_mesh *mesh) {
-    const qni_hermite *hermite = stages->hermite;
-#pragma omp parallel for schedule(static) num_threads(stages->threads)
-    for (int64_t n = 0; n < hermite->crossing_count; ++n)
-        if (parts->crossing_index[n] != QNI_NONE)
-            memcpy(mesh->positions + 3 * (int64_t)parts->crossing_index[n],
-                   hermite->crossings[n].place, 3 * sizeof(float));
-#pragma omp parallel for schedule(dynamic, 16) num_threads(stages->threads)
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        fill_chunk(stages, parts, n, mesh);
-}
-
-static qn_status allocate_tags(qn_context *context, const assembly *parts, qn_mesh *mesh,
-                               qn_error *error) {
-    mesh->triangle_owners = qni_alloc(context, parts->triangles, sizeof *mesh->triangle_owners);
-    if (parts->creases)
-        mesh->crease_edges = qni_alloc(context, parts->creases, 2 * sizeof *mesh->crease_edges);
-    mesh->crease_edge_count = mesh->crease_edges ? parts->creases : 0;
-    if (!mesh->triangle_owners || (parts->creases && !mesh->crease_edges))
-        return qni_fail_memory(error, "a mesh");
-    return QN_OK;
-}
-
-static qn_status make_mesh(qni_stages *stages, assembly *parts, qn_mesh **mesh_out) {
-    memset(parts->crossing_index, 0xff, sizeof(uint32_t) * (size_t)stages->hermite->crossing_count);
-    if (parts->feature_index)
-        memset(parts->feature_index, 0xff, sizeof(uint32_t) * (size_t)stages->feature_count);
-    mark_used(stages, parts);
-    count_parts(stages, parts);
-    qn_mesh *mesh = NULL;
-    qn_status status =
-        qni_mesh_alloc(stages->context, parts->crossings + parts->features + parts->apexes, 0,
-                       parts->triangles, false, &mesh, stages->error);
-    if (status == QN_OK)
-        status = allocate_tags(stages->context, parts, mesh, stages->error);
-    if (status == QN_OK) {
-        fill_mesh(stages, parts, mesh);
-        *mesh_out = mesh;
-    } else {
-        qn_mesh_destroy(mesh);
-    }
-    return status;
-}
-
-static qn_status assemble(qni_stages *stages, qn_mesh **mesh_out) {
-    const int64_t crossings = stages->hermite->crossing_count,
-                  features = stages->renumbered ? stages->feature_count : 0;
-    assembly parts = {0};
-    parts.crossing_index = qni_alloc(stages->context, crossings, sizeof(uint32_t));
-    if (stages->renumbered)
-        parts.feature_index = qni_alloc(stages->context, features, sizeof(uint32_t));
-    const bool room = parts.crossing_index && (parts.feature_index || !stages->renumbered);
-    const qn_status status =
-        room ? make_mesh(stages, &parts, mesh_out) : qni_fail_memory(stages->error, "a mesh");
-    qni_free(stages->context, parts.crossing_index, crossings, sizeof(uint32_t));
-    qni_free(stages->context, parts.feature_index, features, sizeof(uint32_t));
-    return status;
-}
-
 /* ---- reports
  * ------------------------------------------------------------------------------------- */
 
-static void report_tally(const qni_stages *stages, qn_solid_surface_report *report) {
+static void report_faces(const qni_stages *stages, qn_solid_surface_report *report) {
     for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        const qni_cms_tally *faces = &stages->chunks[n].face_tally,
-                            *tally = &stages->chunks[n].cell_tally;
-        report->ambiguous_faces += faces->ambiguous_faces;
-        report->face_features += faces->face_features;
-        report->dropped_face_features += faces->dropped_features;
+        const qni_chunk *chunk = &stages->chunks[n];
+        for (int64_t leaf = 0; leaf < chunk->leaf_end - chunk->leaf_first; ++leaf)
+            for (int face = 0; face < QNI_FACES; ++face)
+                report->ambiguous_faces += chunk->faces[leaf].at[face].count > 1;
+        for (int64_t s = 0; s < chunk->segment_count; ++s) {
+            const qni_segment *segment = &chunk->segments[s];
+            for (int m = 0; m < segment->bends; ++m)
+                report->face_features += stages->features[segment->feature + (uint32_t)m].sharp;
+            report->dropped_face_features += segment->dropped;
+            report->unresolved_cells += segment->touching;
+        }
+    }
+}
+
+static void report_cells(const qni_stages *stages, qn_solid_surface_report *report) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n) {
+        const qni_cms_tally *tally = &stages->chunks[n].tally;
         report->loops += tally->loops;
         report->smooth_loops += tally->smooth_loops;
         report->crease_loops += tally->crease_loops;
@@ -272,7 +151,7 @@ static void report_tally(const qni_stages *stages, qn_solid_surface_report *repo
         report->tubes += tally->tubes;
         report->nested_tubes += tally->nested_tubes;
         report->lost_tubes += tally->lost_tubes;
-        report->unresolved_cells += tally->unresolved_cells + faces->unresolved_faces;
+        report->unresolved_cells += tally->unresolved_cells;
     }
 }
 
@@ -304,9 +183,9 @@ static qn_status unite(qni_stages *stages, qni_veto_list *vetoes, bool may_divid
     } else if (vetoes->added) {
         return QN_OK;
     }
-    stages->renumbered = true; /* trials count segments too */
     if (stages->unions.count == 0)
         return QN_OK;
+    ++stages->pass;
     return run_chunks(stages, qni_chunk_cells, 0.85, 0.9);
 }
 
@@ -318,10 +197,7 @@ static qn_status look_closer(qni_stages *stages, qni_veto_list *vetoes) {
         QN_TRY(qni_stages_look_closer(stages, &added));
         if (added == 0)
             break;
-        QN_TRY(run_chunks(stages, qni_chunk_faces, 0.85, 0.85));
-        QN_TRY(join_features(stages));
-        QN_TRY(run_chunks(stages, qni_chunk_cells, 0.85, 0.85));
-        QN_TRY(qni_stages_gather_vetoes(stages, vetoes));
+        QN_TRY(run_pass(stages, vetoes, 0.85, 0.85));
     }
     return QN_OK;
 }
@@ -330,10 +206,7 @@ static qn_status look_closer(qni_stages *stages, qni_veto_list *vetoes) {
 static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *again,
                            qn_mesh **mesh_out, qn_solid_surface_report *report) {
     QN_TRY(qni_stages_cut(stages));
-    QN_TRY(run_chunks(stages, qni_chunk_faces, 0, 0.4));
-    QN_TRY(join_features(stages));
-    QN_TRY(run_chunks(stages, qni_chunk_cells, 0.4, 0.85));
-    QN_TRY(qni_stages_gather_vetoes(stages, vetoes));
+    QN_TRY(run_pass(stages, vetoes, 0, 0.85));
     if (vetoes->added == 0)
         QN_TRY(look_closer(stages, vetoes));
     if (!*again || vetoes->added == 0)
@@ -346,11 +219,10 @@ static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *agai
     }
     report->divided_leaves = vetoes->count - vetoes->added;
     report->skipped_steps = stages->skipped_steps;
-    if (stages->renumbered)
-        QN_TRY(recount(stages));
     QN_TRY(audit(stages, &report->segments));
-    QN_TRY(assemble(stages, mesh_out));
-    report_tally(stages, report);
+    QN_TRY(qni_stages_assemble(stages, mesh_out));
+    report_faces(stages, report);
+    report_cells(stages, report);
     report_sources(stages, report);
     return QN_OK;
 }
@@ -368,12 +240,13 @@ static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsenin
     bool again = true;
     for (int round = 0; again && status == QN_OK; ++round) {
         const double start = qni_seconds();
-        qni_octree *octree = &octrees[round % 2];
+        qni_octree *octree = &octrees[round % 2]; /* the one before tells which leaves are new */
+        qni_octree_destroy(octree);
         coarsening->vetoes = vetoes.items;
         coarsening->veto_count = vetoes.count;
         status = qni_octree_create(hermite, uniform ? NULL : qni_ask_remembered, &remembered,
                                    octree, stages->error);
-        qni_octree_destroy(&octrees[(round + 1) % 2]);
+        qni_octree_keep_list(&octrees[(round + 1) % 2]);
         if (status != QN_OK)
             break;
         const double built = qni_seconds();

@@ -42,9 +42,8 @@ typedef struct qni_cms_job {
     bool creases;   /* the solid has sharp edges */
 } qni_cms_job;
 
-/* Counters; sums over faces and cells. */
+/* Counters; sums over cells. */
 typedef struct qni_cms_tally {
-    int64_t ambiguous_faces, face_features, dropped_features, unresolved_faces;
     int64_t loops, smooth_loops, crease_loops, corner_loops, flat_loops, escaped_corners;
     int64_t reaching_corners, united_cells, split_loops;
     int64_t multiple_cells, moved_loops, nested_cells, unresolved_cells, open_loops;
@@ -63,11 +62,13 @@ typedef struct qni_face_feature {
 /* A piece of surface trace on a leaf face, from where the boundary, walked counter-clockwise about
  * the face's own normal, comes into the solid to where it leaves it. */
 typedef struct qni_segment {
-    uint32_t from, to; /* numbers of crossings */
-    uint32_t feature;  /* the first one's number: in the solution, then in the whole */
-    uint8_t bends;     /* how many features follow each other */
-    uint8_t used[2];   /* forward, reversed: the audit */
-    bool dropped;      /* its features were not found, or could not be kept */
+    uint32_t from, to;  /* numbers of crossings */
+    uint32_t feature;   /* the first one's number: in the solution, then in the whole */
+    uint8_t bends : 6;  /* how many features follow each other */
+    bool dropped : 1;   /* its features were not found, or could not be kept */
+    bool touching : 1;  /* the first of a face whose segments touch */
+    uint8_t pass;       /* in which it was solved */
+    uint8_t used[2];    /* forward, reversed: the audit */
 } qni_segment;
 
 /* A lattice face: its lowest corner, its axis, 2^level finest cells wide. Its own normal runs along
@@ -190,6 +191,7 @@ typedef struct qni_patch {
     int32_t cuts_left;  /* to be tried */
     double cut_within;  /* what is cut must lie this near to the surface */
     bool flat_only;     /* sheets that curve are not followed */
+    uint8_t youngest;   /* the last pass in which one of its segments was solved */
     int32_t size_cells; /* of a union: how many */
     int32_t dropped;    /* segments without their features */
     int64_t most_bad;   /* a trial: with more flaws than that its triangles do not matter */

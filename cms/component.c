@@ -58,6 +58,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
     patch->piece_count = patch->vertex_count = patch->loop_count = patch->triangle_count =
         patch->inner_count = 0;
     patch->dropped = 0;
+    patch->youngest = 0;
     patch->most_bad = INT64_MAX;
     patch->split = patch->flat_only = false;
 }
@@ -88,6 +89,7 @@ bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out,
                                 out ? segment->to : segment->from, segment->feature + base,
                                 segment->bends, !out};
     patch->pieces[patch->piece_count++] = piece;
+    patch->youngest = segment->pass > patch->youngest ? segment->pass : patch->youngest;
     patch->dropped += segment->dropped;
     return true;
 }

@@ -161,7 +161,7 @@ static void make_segments(const qni_face_job *job, qni_face_solution *solution, 
         if (!enter->enters)
             continue;
         qni_segment *segment = &solution->segments[solution->count++];
-        const qni_segment plain = {enter->number, leave->number, 0, 0, {0, 0}, false};
+        const qni_segment plain = {.from = enter->number, .to = leave->number};
         *segment = plain;
         bool missing = qni_pair_is_sharp(job, enter, leave);
         if (with_features) {

@@ -3,9 +3,8 @@
  * changes is made anew. The other chunks keep their work, so that a round costs what it changes.
  *
  * A leaf of level 3 or less lies in one block. Divided, it changes the faces that it and its
- * neighbours own, so their chunks are solved anew, and with them the features get new numbers: so
- * the cells of all chunks beside those are made anew. A larger leaf does so to all blocks that it
- * holds and those beside it; the chunks of larger leaves, which are few, are cut anew. */
+ * neighbours own, so their chunks are gone through again. A larger leaf does so to all blocks that
+ * it holds and those beside it; the chunks of larger leaves, which are few, are cut anew. */
 #include "cms/stages.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -17,13 +16,7 @@ static void free_chunk(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->faces, chunk->face_capacity, sizeof *chunk->faces);
     qni_free(context, chunk->segments, chunk->segment_capacity, sizeof *chunk->segments);
     qni_free(context, chunk->features, chunk->feature_capacity, sizeof *chunk->features);
-    qni_free(context, chunk->triangles, chunk->triangle_capacity, sizeof *chunk->triangles);
-    qni_free(context, chunk->owners, chunk->owner_capacity, sizeof *chunk->owners);
-    qni_free(context, chunk->apexes, chunk->apex_capacity, sizeof *chunk->apexes);
-    qni_free(context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
-    qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
-    qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
-    qni_free(context, chunk->doubts, chunk->doubt_capacity, sizeof *chunk->doubts);
+    qni_chunk_free_made(context, chunk);
 }
 
 static void clear_chunk(qni_stages *stages, qni_chunk *chunk) {
@@ -40,7 +33,6 @@ static void free_chunks(qni_stages *stages) {
     stages->chunks = NULL;
     stages->features = NULL;
     stages->chunk_count = stages->feature_count = 0;
-    stages->renumbered = false;
 }
 
 void qni_stages_free(qni_stages *stages) {
@@ -193,34 +185,26 @@ static void mark_solved(const qni_stages *stages, const qni_cell *divided) {
     }
 }
 
-/* A face belongs to the cell below it, or to the finer one. */
+void qni_stages_mark_none(qni_stages *stages) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        stages->chunks[n].solve = stages->chunks[n].make = false;
+}
+
 void qni_stages_mark_cell(qni_stages *stages, const int32_t low[3]) {
-    for (int axis = -1; axis < 3; ++axis) {
+    for (int face = -1; face < 6; ++face) {
         int32_t at[3] = {low[0], low[1], low[2]};
-        if (axis >= 0)
-            --at[axis];
+        if (face >= 0)
+            at[face >> 1] += face & 1 ? 1 : -1;
         qni_chunk *chunk = qni_stages_chunk_at(stages, at);
         if (chunk)
             chunk->solve = true;
     }
 }
 
-/* All chunks beside those that are solved anew, and all of large leaves. */
+/* Larger leaves have finer ones' faces. */
 void qni_stages_mark_made(qni_stages *stages) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n) {
-        qni_chunk *chunk = &stages->chunks[n];
-        chunk->make = chunk->make || !holds_blocks(chunk);
-        if (!chunk->solve)
-            continue;
-        chunk->make = true;
-        for (int64_t block = chunk->block_first; block < chunk->block_end; ++block)
-            for (int face = 0; face < 6; ++face) {
-                qni_chunk *beside =
-                    chunk_beside(stages, stages->hermite->blocks[block].place, face);
-                if (beside)
-                    beside->make = true;
-            }
-    }
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        stages->chunks[n].make |= stages->chunks[n].solve || !holds_blocks(&stages->chunks[n]);
 }
 
 /* A leaf above the blocks: its own blocks, and those beside it. */
@@ -240,8 +224,7 @@ static void mark_solved_large(const qni_stages *stages, const qni_cell *divided)
 }
 
 static void mark_changed(qni_stages *stages, const qni_cell *divided, int64_t count) {
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        stages->chunks[n].solve = stages->chunks[n].make = false;
+    qni_stages_mark_none(stages);
     for (int64_t n = 0; n < count; ++n)
         if (divided[n].level > 3) {
             mark_solved_large(stages, &divided[n]);
@@ -250,7 +233,6 @@ static void mark_changed(qni_stages *stages, const qni_cell *divided, int64_t co
             mark_solved(stages, &divided[n]);
         }
     qni_stages_mark_made(stages);
-    stages->renumbered = true;
 }
 
 qn_status qni_stages_gather_vetoes(qni_stages *stages, qni_veto_list *list) {

@@ -6,11 +6,29 @@
 
 #include "cms/cms.h"
 
-/* Where a leaf's own face segments are, in its chunk. */
+typedef struct qni_leaf_face {
+    uint8_t count : 6; /* segments; none of a face that the leaf does not own */
+    bool owned : 1;
+    bool closely : 1; /* low steps were looked for */
+} qni_leaf_face;
+
+/* A leaf's own faces, and where their segments are in its chunk. */
 typedef struct qni_leaf_faces {
     uint32_t first;
-    uint8_t count[6];
+    qni_leaf_face at[6];
+    uint8_t empty; /* of a finest cell: bits of faces that no leaf with surface lies across */
+    uint8_t pass;  /* in which that changed, or the leaf is new */
 } qni_leaf_faces;
+
+/* What a leaf's cell made: its part of the chunk's arrays. */
+enum { QNI_NOTED_VETO = 1, QNI_NOTED_TROUBLE = 2, QNI_NOTED_DOUBT = 4, QNI_NOT_KEPT = 8 };
+enum { QNI_TALLIES = sizeof(qni_cms_tally) / sizeof(int64_t) };
+
+typedef struct qni_leaf_made {
+    uint32_t triangles, apexes, creases;
+    uint8_t notes;
+    uint8_t tally[QNI_TALLIES];
+} qni_leaf_made;
 
 /* A finest cell that did not come out well, or whose corner reaches into the empty cell beside it,
  * or that holds a tube.
@@ -28,12 +46,16 @@ typedef struct qni_trouble {
 typedef struct qni_chunk {
     int64_t block_first, block_end; /* none: larger leaves */
     int64_t leaf_first, leaf_end;
-    bool solve, make;      /* to be done in this round: faces, cells */
+    const qni_cell *before; /* its leaves as they were when its cells were last made */
+    int64_t before_count;
+    bool solve, make;      /* to be done in this pass: faces, cells */
     qni_leaf_faces *faces; /* for each leaf */
     int64_t face_capacity;
+    qni_leaf_made *made; /* for each leaf */
+    int64_t made_capacity;
     qni_segment *segments;
     int64_t segment_count, segment_capacity;
-    qni_face_feature *features;
+    qni_face_feature *features; /* solved in this pass, until they go to those of all */
     int64_t feature_count, feature_capacity, feature_base;
     uint32_t (*triangles)[3];
     int32_t *owners; /* as long as triangles */
@@ -48,7 +70,7 @@ typedef struct qni_chunk {
     int64_t trouble_count, trouble_capacity;
     int32_t (*doubts)[3]; /* finest cells whose creases do not lie where the solid's are */
     int64_t doubt_count, doubt_capacity;
-    qni_cms_tally face_tally, cell_tally;
+    qni_cms_tally tally;
     qn_status status;
 } qni_chunk;
 
@@ -61,9 +83,8 @@ typedef struct qni_stages {
     int64_t chunk_count;
     uint32_t *chunk_of_leaf;
     int64_t leaf_count; /* as long as chunk_of_leaf */
-    qni_face_feature
-        *features; /* of all chunks, as they were solved; some may be of no use any more
-                    */
+    uint8_t pass;               /* from 1: faces, then cells; at most 12 rounds of 1 + 6 looks, and 1 */
+    qni_face_feature *features; /* of all faces, as they were solved; some may be of no use now */
     int64_t feature_count;
     int32_t (*close)[3]; /* finest cells whose faces are looked at closely; ascending z, y, x */
     int64_t close_count, close_capacity;
@@ -71,18 +92,40 @@ typedef struct qni_stages {
     bool unite;            /* finest cells that do not come out well may be united with others */
     qni_unions unions;
     bool large_changed; /* leaves above the blocks were divided: their chunks are cut anew */
-    bool renumbered;    /* chunks were solved anew: features do not lie in the chunks' order */
     qni_patch *patches; /* one for each thread */
     qni_face_solution *solutions;
     int32_t threads;
     qn_error *error;
 } qni_stages;
 
-/* Solve the faces that the chunk's leaves own; make the triangles of its cells (cells.c). */
+/* Solve the faces that the chunk's leaves own and that are not as they were (leaf_faces.c); make
+ * the triangles of its cells whose faces are not as they were (cells.c). */
 void qni_chunk_faces(qni_stages *stages, int64_t chunk);
 void qni_chunk_cells(qni_stages *stages, int64_t chunk);
-/* Count anew which segments the chunk's cells use, after some chunks were made anew. */
-void qni_chunk_recount(qni_stages *stages, int64_t chunk);
+/* Count which segments the chunk's cells use. */
+void qni_chunk_count_uses(qni_stages *stages, int64_t chunk);
+/* Is a face that leaf's own? */
+bool qni_owns_face(const qni_octree *octree, const qni_cell *cell, int face);
+/* The place of a leaf among those before, from a place on; -1: it was none. Leaves that stay keep
+ * their order. */
+int64_t qni_leaf_before(const qni_stages *stages, const qni_chunk *chunk, const qni_cell *leaf,
+                        int64_t *from);
+
+/* What cells made before, walked through from leaf to leaf: skipped, or handed over again (kept.c).
+ */
+typedef struct qni_kept_walk {
+    qni_chunk before; /* the chunk as it was */
+    int64_t leaf, triangle, apex, crease, veto, trouble, doubt;
+} qni_kept_walk;
+void qni_kept_start(qni_chunk *chunk, qni_kept_walk *walk);
+void qni_kept_skip_to(qni_kept_walk *walk, int64_t leaf);
+bool qni_kept_hand_over(qni_stages *stages, qni_kept_walk *walk, qni_chunk *chunk);
+void qni_kept_end(const qni_stages *stages, qni_kept_walk *walk);
+/* Forget what a chunk's cells made. */
+void qni_chunk_free_made(qn_context *context, qni_chunk *chunk);
+
+/* The mesh of all that the chunks hold (assemble.c). */
+qn_status qni_stages_assemble(qni_stages *stages, qn_mesh **mesh_out);
 
 /* Hand over what a patch holds (emit.c). False when memory ran out. */
 bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch);
@@ -134,7 +177,9 @@ typedef struct qni_remembered {
 } qni_remembered;
 bool qni_ask_remembered(void *user, const qni_cell *cell);
 
-/* Mark the chunks that have, or make, faces of a finest cell. */
+/* Mark no chunks; those of a finest cell and of the cells beside it; and all that must then be made.
+ */
+void qni_stages_mark_none(qni_stages *stages);
 void qni_stages_mark_cell(qni_stages *stages, const int32_t low[3]);
 void qni_stages_mark_made(qni_stages *stages);
 

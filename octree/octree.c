@@ -214,15 +214,19 @@ qn_status qni_octree_create(const qni_hermite *hermite, qni_cell_question *quest
     return status;
 }
 
-void qni_octree_destroy(qni_octree *octree) {
+void qni_octree_keep_list(qni_octree *octree) {
     qn_context *context = octree->hermite->context;
     const int64_t blocks = octree->hermite->block_count;
     qni_free(context, octree->levels, blocks, sizeof *octree->levels);
     qni_free(context, octree->starts, blocks, sizeof *octree->starts);
     qni_free(context, octree->bases, blocks, sizeof *octree->bases);
-    qni_free(context, octree->leaves, octree->leaf_count, sizeof *octree->leaves);
     octree->levels = NULL;
     octree->starts = NULL;
     octree->bases = NULL;
+}
+
+void qni_octree_destroy(qni_octree *octree) {
+    qni_octree_keep_list(octree);
+    qni_free(octree->hermite->context, octree->leaves, octree->leaf_count, sizeof *octree->leaves);
     octree->leaves = NULL;
 }

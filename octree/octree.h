@@ -30,6 +30,8 @@ typedef struct qni_octree {
 qn_status qni_octree_create(const qni_hermite *hermite, qni_cell_question *question, void *user,
                             qni_octree *octree, qn_error *error);
 void qni_octree_destroy(qni_octree *octree);
+/* Free all but the list of leaves. */
+void qni_octree_keep_list(qni_octree *octree);
 
 /* The level of the leaf that holds a finest cell; -1 where no block is. */
 int qni_octree_level(const qni_octree *octree, const int32_t point[3]);

@@ -7,7 +7,13 @@
 
 #include "hermite/lattice.h"
 
-enum { QNI_REGION_LEVELS = 20 };
+enum { QNI_REGION_LEVELS = 20, QNI_REGION_SIDE = 16, QNI_REGION_PLACES = 256 };
+
+/* One of the cubes that share a place: the one asked for last. */
+typedef struct qni_region_part {
+    int32_t place[3]; /* in cubes of its level */
+    qn_solid *solid;  /* NULL: none yet */
+} qni_region_part;
 
 /* Cubes of 2^level finest cells, the smallest a block, one in the other. Of one thread. */
 typedef struct qni_region {
@@ -15,8 +21,7 @@ typedef struct qni_region {
     const qni_lattice *lattice;
     bool wide; /* right half a cube's width around it, too */
     int32_t top;
-    int32_t place[QNI_REGION_LEVELS][3]; /* of the cube of each level, in such cubes */
-    qn_solid *solids[QNI_REGION_LEVELS]; /* NULL: none yet */
+    qni_region_part parts[QNI_REGION_LEVELS][QNI_REGION_PLACES];
 } qni_region;
 
 void qni_region_start(qni_region *region, const qn_solid *whole, const qni_lattice *lattice,
