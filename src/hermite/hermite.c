@@ -23,12 +23,11 @@ int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32
         return -1;
     const uint64_t mask = (uint64_t)hermite->table_size - 1;
     for (uint64_t slot = hash_place(x, y, z) & mask;; slot = (slot + 1) & mask) {
-        const int32_t entry = hermite->table[slot];
-        if (!entry)
+        const qni_block_slot *entry = &hermite->table[slot];
+        if (!entry->number)
             return -1;
-        const int32_t *place = hermite->blocks[entry - 1].place;
-        if (place[0] == x && place[1] == y && place[2] == z)
-            return entry - 1;
+        if (entry->place[0] == x && entry->place[1] == y && entry->place[2] == z)
+            return entry->number - 1;
     }
 }
 
@@ -36,13 +35,14 @@ static void put_in_table(qni_hermite *hermite, int64_t index) {
     const int32_t *place = hermite->blocks[index].place;
     const uint64_t mask = (uint64_t)hermite->table_size - 1;
     uint64_t slot = hash_place(place[0], place[1], place[2]) & mask;
-    while (hermite->table[slot])
+    while (hermite->table[slot].number)
         slot = (slot + 1) & mask;
-    hermite->table[slot] = (int32_t)index + 1;
+    const qni_block_slot entry = {{place[0], place[1], place[2]}, (int32_t)index + 1};
+    hermite->table[slot] = entry;
 }
 
 static bool rebuild_table(qni_hermite *hermite, int64_t size) {
-    int32_t *table = qni_alloc_zero(hermite->context, size, sizeof *table);
+    qni_block_slot *table = qni_alloc_zero(hermite->context, size, sizeof *table);
     if (!table)
         return false;
     qni_free(hermite->context, hermite->table, hermite->table_size, sizeof *table);

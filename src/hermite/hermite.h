@@ -38,13 +38,19 @@ typedef struct qni_hermite_block {
     int64_t base;                    /* number of the first crossing in the whole */
 } qni_hermite_block;
 
+/* Where a block is found: its place lies here, too, since most look-ups go no further. */
+typedef struct qni_block_slot {
+    int32_t place[3];
+    int32_t number; /* the block's, + 1; 0: free */
+} qni_block_slot;
+
 typedef struct qni_hermite {
     qn_context *context;
     const qn_solid *solid;
     qni_lattice lattice;
     qni_hermite_block *blocks; /* ascending z, y, x */
     int64_t block_count, block_capacity;
-    int32_t *table;                  /* open addressing: block index + 1, 0 for free */
+    qni_block_slot *table;           /* open addressing */
     int64_t table_size;              /* a power of two */
     qni_hermite_crossing *crossings; /* of all blocks, in their order */
     int64_t crossing_count;

@@ -62,6 +62,13 @@ static qn_status combine_values(const qn_solid *solid, int64_t count, const doub
     return QN_OK;
 }
 
+static bool holds(const qni_box *box, const double point[3]) {
+    bool held = true;
+    for (int k = 0; k < 3; ++k)
+        held = held && box->low[k] <= point[k] && point[k] <= box->high[k];
+    return held;
+}
+
 /* The signs of the values, from those of the parts. */
 static qn_status combine_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
                                 bool *inside) {
@@ -69,10 +76,16 @@ static qn_status combine_inside(const qn_solid *solid, int64_t count, const doub
     for (int64_t first = 0; first < count; first += QNI_SOLID_BLOCK) {
         bool each[QNI_SOLID_BLOCK], any[QNI_SOLID_BLOCK] = {false};
         int64_t block = count - first < QNI_SOLID_BLOCK ? count - first : QNI_SOLID_BLOCK;
-        for (int64_t n = 0; n < c->count; ++n) {
-            QN_TRY(qni_solid_inside(c->parts[n], block, points + first, each));
-            for (int64_t i = 0; i < block; ++i)
+        bool all = false;
+        for (int64_t n = 0; n < c->count && !all; ++n) {
+            each[0] = false;
+            if (block > 1 || holds(&c->parts[n]->box, points[first]))
+                QN_TRY(qni_solid_inside(c->parts[n], block, points + first, each));
+            all = true;
+            for (int64_t i = 0; i < block; ++i) {
                 any[i] = any[i] || each[i] == (c->signs[n] > 0);
+                all = all && any[i];
+            }
         }
         for (int64_t i = 0; i < block; ++i)
             inside[first + i] = any[i] == (c->sign > 0);
@@ -270,16 +283,59 @@ static qn_status combine_crossings(const qn_solid *solid, const double a[3], con
 }
 
 static combination *create(qn_context *context, double sign, int64_t count);
+static const qni_solid_ops combine_ops;
 
-/* Fill `smaller` with the restricted parts that can be the least in the box; `keep` has them
- * marked. */
-static qn_status restrict_parts(const combination *c, const qni_box *box, const bool *keep,
+/* The parts of a combination in a box. A combination among them is restricted before its bounds are
+ * asked for: that costs as much as its bounds, and those of what is left next to nothing, so that
+ * the parts of nested ones are not gone through once for each that they lie in. */
+typedef struct local_part {
+    qn_solid *restricted; /* NULL: not yet */
+    double low;
+    bool keep;
+} local_part;
+
+static qn_status bound_locally(const combination *c, int64_t n, const qni_box *box,
+                               local_part *local, double *high) {
+    const qn_solid *part = c->parts[n];
+    double each[2];
+    if (part->ops == &combine_ops) {
+        QN_TRY(part->ops->restrict_to(part, box, &local->restricted));
+        part = local->restricted;
+    }
+    QN_TRY(part->ops->bounds(part, box, each));
+    local->low = c->signs[n] > 0 ? each[0] : -each[1] - QNI_TIE;
+    *high = qni_min(*high, c->signs[n] > 0 ? each[1] : -each[0]);
+    return QN_OK;
+}
+
+/* Those that can be the least in the box are kept. */
+static qn_status mark_kept(const combination *c, const qni_box *box, local_part *locals,
+                           int64_t *kept_out) {
+    double high = QNI_INFINITY;
+    for (int64_t n = 0; n < c->count; ++n)
+        QN_TRY(bound_locally(c, n, box, &locals[n], &high));
+    *kept_out = 0;
+    for (int64_t n = 0; n < c->count; ++n) {
+        locals[n].keep = locals[n].low <= high;
+        *kept_out += locals[n].keep;
+    }
+    if (*kept_out == 0) { /* all are infinite: any one will do */
+        locals[0].keep = true;
+        *kept_out = 1;
+    }
+    return QN_OK;
+}
+
+/* Fill `smaller` with the restricted parts that are kept. */
+static qn_status restrict_parts(const combination *c, const qni_box *box, local_part *locals,
                                 combination *smaller, bool *changed_out) {
     int64_t used = 0;
     for (int64_t n = 0; n < c->count; ++n) {
-        if (!keep[n])
+        if (!locals[n].keep)
             continue;
-        QN_TRY(c->parts[n]->ops->restrict_to(c->parts[n], box, &smaller->parts[used]));
+        if (!locals[n].restricted)
+            QN_TRY(c->parts[n]->ops->restrict_to(c->parts[n], box, &locals[n].restricted));
+        smaller->parts[used] = qni_solid_retain(locals[n].restricted);
         *changed_out = *changed_out || smaller->parts[used] != c->parts[n];
         smaller->base.weight += smaller->parts[used]->weight;
         smaller->signs[used++] = c->signs[n];
@@ -287,35 +343,15 @@ static qn_status restrict_parts(const combination *c, const qni_box *box, const 
     return QN_OK;
 }
 
-static qn_status mark_kept(const combination *c, const qni_box *box, bool *keep, double *lows,
-                           int64_t *kept_out) {
-    double high = QNI_INFINITY, each[2];
-    for (int64_t n = 0; n < c->count; ++n) {
-        QN_TRY(part_bounds(c, n, box, each));
-        lows[n] = each[0];
-        high = qni_min(high, each[1]);
-    }
-    *kept_out = 0;
-    for (int64_t n = 0; n < c->count; ++n) {
-        keep[n] = lows[n] <= high;
-        *kept_out += keep[n];
-    }
-    if (*kept_out == 0) { /* all are infinite: any one will do */
-        keep[0] = true;
-        *kept_out = 1;
-    }
-    return QN_OK;
-}
-
-static qn_status restrict_marked(const combination *c, const qni_box *box, const bool *keep,
-                                 int64_t kept, qn_solid **solid_out) {
+static qn_status restrict_kept(const combination *c, const qni_box *box, local_part *locals,
+                               int64_t kept, qn_solid **solid_out) {
     combination *smaller = create(c->base.context, c->sign, kept);
     if (!smaller)
         return QN_ERROR_OUT_OF_MEMORY;
     smaller->base.box = c->base.box;
     smaller->base.depth = c->base.depth;
     bool changed = kept != c->count;
-    qn_status status = restrict_parts(c, box, keep, smaller, &changed);
+    qn_status status = restrict_parts(c, box, locals, smaller, &changed);
     if (status == QN_OK && !changed)
         *solid_out = qni_solid_retain(&c->base);
     else if (status == QN_OK && kept == 1 && smaller->signs[0] * c->sign > 0)
@@ -329,16 +365,16 @@ static qn_status restrict_marked(const combination *c, const qni_box *box, const
 static qn_status combine_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     const combination *c = (const combination *)solid;
     *solid_out = NULL;
-    size_t each = sizeof(double) + sizeof(bool);
-    double *lows = qni_alloc(solid->context, c->count, each);
-    if (!lows)
+    local_part *locals = qni_alloc_zero(solid->context, c->count, sizeof *locals);
+    if (!locals)
         return QN_ERROR_OUT_OF_MEMORY;
-    bool *keep = (bool *)(lows + c->count);
     int64_t kept;
-    qn_status status = mark_kept(c, box, keep, lows, &kept);
+    qn_status status = mark_kept(c, box, locals, &kept);
     if (status == QN_OK)
-        status = restrict_marked(c, box, keep, kept, solid_out);
-    qni_free(solid->context, lows, c->count, each);
+        status = restrict_kept(c, box, locals, kept, solid_out);
+    for (int64_t n = 0; n < c->count; ++n)
+        qn_solid_destroy(locals[n].restricted);
+    qni_free(solid->context, locals, c->count, sizeof *locals);
     return status;
 }
 
