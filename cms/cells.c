@@ -67,8 +67,9 @@ static bool gather_cell(qni_stages *stages, qni_patch *patch, int64_t leaf,
         if (box && holds(box, across.low))
             continue;
         const bool out = qni_face_points_out(face);
-        if (qni_owns_face(stages->octree, cell, face) ? !take_segments(stages, patch, leaf, face, out)
-                                                  : !gather_face(stages, patch, cell, face, out))
+        if (qni_owns_face(stages->octree, cell, face)
+                ? !take_segments(stages, patch, leaf, face, out)
+                : !gather_face(stages, patch, cell, face, out))
             return false;
     }
     return true;

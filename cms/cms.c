@@ -49,7 +49,8 @@ static qn_status run_chunks(qni_stages *stages, chunk_work *work, double from, d
 /* ---- between faces and cells
  * --------------------------------------------------------------------- */
 
-/* The segments of faces solved in this pass, in a chunk, get the final numbers of their features. */
+/* The segments of faces solved in this pass, in a chunk, get the final numbers of their features.
+ */
 static void number_features(const qni_stages *stages, qni_chunk *chunk) {
     for (int64_t s = 0; s < chunk->segment_count; ++s)
         if (chunk->segments[s].pass == stages->pass)

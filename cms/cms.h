@@ -62,13 +62,13 @@ typedef struct qni_face_feature {
 /* A piece of surface trace on a leaf face, from where the boundary, walked counter-clockwise about
  * the face's own normal, comes into the solid to where it leaves it. */
 typedef struct qni_segment {
-    uint32_t from, to;  /* numbers of crossings */
-    uint32_t feature;   /* the first one's number: in the solution, then in the whole */
-    uint8_t bends : 6;  /* how many features follow each other */
-    bool dropped : 1;   /* its features were not found, or could not be kept */
-    bool touching : 1;  /* the first of a face whose segments touch */
-    uint8_t pass;       /* in which it was solved */
-    uint8_t used[2];    /* forward, reversed: the audit */
+    uint32_t from, to; /* numbers of crossings */
+    uint32_t feature;  /* the first one's number: in the solution, then in the whole */
+    uint8_t bends : 6; /* how many features follow each other */
+    bool dropped : 1;  /* its features were not found, or could not be kept */
+    bool touching : 1; /* the first of a face whose segments touch */
+    uint8_t pass;      /* in which it was solved */
+    uint8_t used[2];   /* forward, reversed: the audit */
 } qni_segment;
 
 /* A lattice face: its lowest corner, its axis, 2^level finest cells wide. Its own normal runs along

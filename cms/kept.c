@@ -29,9 +29,9 @@ void qni_kept_start(qni_chunk *chunk, qni_kept_walk *walk) {
     chunk->vetoes = NULL;
     chunk->troubles = NULL;
     chunk->doubts = NULL;
-    chunk->made_capacity = chunk->triangle_capacity = chunk->owner_capacity =
-        chunk->apex_capacity = chunk->crease_capacity = chunk->veto_capacity =
-            chunk->trouble_capacity = chunk->doubt_capacity = 0;
+    chunk->made_capacity = chunk->triangle_capacity = chunk->owner_capacity = chunk->apex_capacity =
+        chunk->crease_capacity = chunk->veto_capacity = chunk->trouble_capacity =
+            chunk->doubt_capacity = 0;
     chunk->triangle_count = chunk->apex_count = chunk->crease_count = chunk->veto_count =
         chunk->trouble_count = chunk->doubt_count = 0;
     chunk->tally = none;
@@ -70,11 +70,14 @@ static bool make_room(qni_stages *stages, qni_chunk *chunk, const qni_leaf_made 
            qni_stages_grow(stages, (void **)&chunk->creases, &chunk->crease_capacity,
                            chunk->crease_count + made->creases, sizeof *chunk->creases) &&
            qni_stages_grow(stages, (void **)&chunk->vetoes, &chunk->veto_capacity,
-                           chunk->veto_count + notes_of(made, QNI_NOTED_VETO), sizeof *chunk->vetoes) &&
+                           chunk->veto_count + notes_of(made, QNI_NOTED_VETO),
+                           sizeof *chunk->vetoes) &&
            qni_stages_grow(stages, (void **)&chunk->troubles, &chunk->trouble_capacity,
-                           chunk->trouble_count + notes_of(made, QNI_NOTED_TROUBLE), sizeof *chunk->troubles) &&
+                           chunk->trouble_count + notes_of(made, QNI_NOTED_TROUBLE),
+                           sizeof *chunk->troubles) &&
            qni_stages_grow(stages, (void **)&chunk->doubts, &chunk->doubt_capacity,
-                           chunk->doubt_count + notes_of(made, QNI_NOTED_DOUBT), sizeof *chunk->doubts);
+                           chunk->doubt_count + notes_of(made, QNI_NOTED_DOUBT),
+                           sizeof *chunk->doubts);
 }
 
 /* Apexes are called by their place in the chunk. */

@@ -118,8 +118,7 @@ static qn_status solve_leaves(qni_stages *stages, qni_chunk *chunk, const faces_
                          chunk->leaf_end - chunk->leaf_first, sizeof *chunk->faces))
         return QN_ERROR_OUT_OF_MEMORY;
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end; ++leaf) {
-        const int64_t was =
-            qni_leaf_before(stages, chunk, &stages->octree->leaves[leaf], &from);
+        const int64_t was = qni_leaf_before(stages, chunk, &stages->octree->leaves[leaf], &from);
         const qni_leaf_faces *faces = was < 0 ? NULL : &before->faces[was];
         QN_TRY(faces_of_leaf(stages, chunk, leaf, faces,
                              faces ? before->segments + faces->first : NULL));

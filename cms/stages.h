@@ -83,7 +83,7 @@ typedef struct qni_stages {
     int64_t chunk_count;
     uint32_t *chunk_of_leaf;
     int64_t leaf_count; /* as long as chunk_of_leaf */
-    uint8_t pass;               /* from 1: faces, then cells; at most 12 rounds of 1 + 6 looks, and 1 */
+    uint8_t pass;       /* from 1: faces, then cells; at most 12 rounds of 1 + 6 looks, and 1 */
     qni_face_feature *features; /* of all faces, as they were solved; some may be of no use now */
     int64_t feature_count;
     int32_t (*close)[3]; /* finest cells whose faces are looked at closely; ascending z, y, x */
@@ -177,7 +177,8 @@ typedef struct qni_remembered {
 } qni_remembered;
 bool qni_ask_remembered(void *user, const qni_cell *cell);
 
-/* Mark no chunks; those of a finest cell and of the cells beside it; and all that must then be made.
+/* Mark no chunks; those of a finest cell and of the cells beside it; and all that must then be
+ * made.
  */
 void qni_stages_mark_none(qni_stages *stages);
 void qni_stages_mark_cell(qni_stages *stages, const int32_t low[3]);

@@ -355,9 +355,8 @@ static qn_status try_all(const unite_job *job, qni_veto_list *vetoes) {
 qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes) {
     unite_job job = {stages, NULL, 0};
     qni_stages_mark_none(stages);
-    for (int64_t n = 0; n < stages->chunk_count; ++n) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
         job.count += stages->chunks[n].trouble_count;
-    }
     const int64_t room = job.count;
     job.troubles = qni_alloc(stages->context, room, sizeof *job.troubles);
     if (!job.troubles)

@@ -130,7 +130,10 @@ static int orient3d_exact(const double a[3], const double b[3], const double c[3
     return sign_of(total, count);
 }
 
-int qni_orient3d_of(const double a[3], const double b[3], const double c[3], const double d[3]) {
+/* The sign, where the determinant is larger than its error can be, or is no more than nothing;
+ * else *clear is false. */
+static int filtered_orient3d(const double a[3], const double b[3], const double c[3],
+                             const double d[3], bool *clear) {
     const double bound = (7 + 56 * 0x1p-53) * 0x1p-53;
     double u[3], v[3], w[3];
     for (int i = 0; i < 3; ++i) {
@@ -144,9 +147,15 @@ int qni_orient3d_of(const double a[3], const double b[3], const double c[3], con
     double determinant = w[0] * (yz - zy) + w[1] * (zx - xz) + w[2] * (xy - yx);
     double permanent = fabs(w[0]) * (fabs(yz) + fabs(zy)) + fabs(w[1]) * (fabs(zx) + fabs(xz)) +
                        fabs(w[2]) * (fabs(xy) + fabs(yx));
-    if (fabs(determinant) > bound * permanent)
-        return determinant > 0 ? 1 : -1;
-    return permanent == 0 ? 0 : orient3d_exact(a, b, c, d);
+    const bool large = fabs(determinant) > bound * permanent;
+    *clear = large || permanent == 0;
+    return !large ? 0 : determinant > 0 ? 1 : -1;
+}
+
+int qni_orient3d_of(const double a[3], const double b[3], const double c[3], const double d[3]) {
+    bool clear;
+    const int sign = filtered_orient3d(a, b, c, d, &clear);
+    return clear ? sign : orient3d_exact(a, b, c, d);
 }
 
 int qni_turn_of(const double a[3], const double b[3], const double c[3], const double d[3], int x,
@@ -183,6 +192,16 @@ int qni_orient3d(const float a[3], const float b[3], const float c[3], const flo
     widen(c, p[2]);
     widen(d, p[3]);
     return qni_orient3d_of(p[0], p[1], p[2], p[3]);
+}
+
+int qni_orient3d_quick(const float a[3], const float b[3], const float c[3], const float d[3]) {
+    double p[4][3];
+    bool clear;
+    widen(a, p[0]);
+    widen(b, p[1]);
+    widen(c, p[2]);
+    widen(d, p[3]);
+    return filtered_orient3d(p[0], p[1], p[2], p[3], &clear);
 }
 
 int qni_orient2d(const float a[3], const float b[3], const float c[3], int x, int y) {

@@ -10,6 +10,9 @@
  * counter-clockwise, 0 when the four are coplanar. Coordinates must be finite. */
 int qni_orient3d(const float a[3], const float b[3], const float c[3], const float d[3]);
 
+/* The same sign where the filter alone tells it; else 0, which says nothing. */
+int qni_orient3d_quick(const float a[3], const float b[3], const float c[3], const float d[3]);
+
 /* The same sign with no filter before it; what the filter is tested against. */
 int qni_orient3d_exact(const float a[3], const float b[3], const float c[3], const float d[3]);
 
