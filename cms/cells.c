@@ -62,14 +62,15 @@ static bool holds(const qni_cell_box *box, const int32_t low[3]) {
 static bool gather_cell(qni_stages *stages, qni_patch *patch, int64_t leaf,
                         const qni_cell_box *box) {
     const qni_cell *cell = &stages->octree->leaves[leaf];
+    const qni_chunk *chunk = &stages->chunks[stages->chunk_of_leaf[leaf]];
+    const qni_leaf_faces *faces = &chunk->faces[leaf - chunk->leaf_first];
     for (int face = 0; face < QNI_FACES; ++face) {
         const qni_cell across = qni_cell_across(cell, face);
         if (box && holds(box, across.low))
             continue;
         const bool out = qni_face_points_out(face);
-        if (qni_owns_face(stages->octree, cell, face)
-                ? !take_segments(stages, patch, leaf, face, out)
-                : !gather_face(stages, patch, cell, face, out))
+        if (faces->at[face].owned ? !take_segments(stages, patch, leaf, face, out)
+                                  : !gather_face(stages, patch, cell, face, out))
             return false;
     }
     return true;
@@ -204,7 +205,7 @@ qn_status qni_trace_patch(qni_stages *stages, qni_patch *patch, int64_t leaf,
 }
 
 qn_status qni_fill_patch(qni_patch *patch, qni_cms_tally *tally) {
-    QN_TRY(qni_patch_place_apexes(patch, true, tally));
+    QN_TRY(qni_patch_place_apexes(patch, tally));
     QN_TRY(qni_patch_triangulate(patch, tally));
     return patch->united ? QN_OK : qni_patch_separate(patch, tally);
 }

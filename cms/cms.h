@@ -121,8 +121,9 @@ typedef struct qni_loop {
     float apex[3];
     bool has_apex;
     int32_t clusters, sharp_count;
-    bool escaped; /* a corner that is not in the cell */
-    bool beyond;  /* its apex is in the empty cell across a wall */
+    bool escaped;   /* a corner that is not in the cell */
+    bool beyond;    /* its apex is in the empty cell across a wall */
+    bool unsettled; /* its apex is the mean of the loop */
     bool knows_corner;
     float corner[3]; /* of a corner that is not in the cell: where it is, if that is known */
 } qni_loop;
@@ -230,9 +231,11 @@ bool qni_patch_add_piece(qni_patch *patch, const qni_segment *segment, bool out,
 /* Chain the pieces to loops (component.c); false when one does not close. Features are looked up in
  * `features`. */
 bool qni_patch_trace(qni_patch *patch, const qni_face_feature *features);
-/* Place the apex of each loop (feature.c); `on_surface`: move smooth ones onto the surface. */
-qn_status qni_patch_place_apex(qni_patch *patch, qni_loop *loop, bool on_surface);
-qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally);
+/* Place the apex of each loop (feature.c). That of a smooth one is moved onto the surface only
+ * where it gets triangles: most need none. */
+void qni_patch_place_apex(qni_patch *patch, qni_loop *loop);
+qn_status qni_patch_settle_apex(const qni_patch *patch, qni_loop *loop);
+qn_status qni_patch_place_apexes(qni_patch *patch, qni_cms_tally *tally);
 /* Where the sheets between a loop's sharp features meet, next to the middle of the features; with
  * two features, in the plane across (sheets.c). False when that is not found on the surface. */
 bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],

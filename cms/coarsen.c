@@ -263,7 +263,7 @@ static bool loops_are_well(qni_patch *patch) {
 static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell *cell) {
     qni_cms_tally unused;
     memset(&unused, 0, sizeof unused);
-    if (!make_loops(patch, store, cell) || qni_patch_place_apexes(patch, true, &unused) != QN_OK)
+    if (!make_loops(patch, store, cell) || qni_patch_place_apexes(patch, &unused) != QN_OK)
         return false;
     if (qni_patch_triangulate(patch, &unused) != QN_OK)
         return false;

@@ -149,11 +149,20 @@ static double largest_height(const qni_patch *patch, const qni_loop *loop, const
     return most;
 }
 
-static qn_status place_smooth(qni_patch *patch, qni_loop *loop, bool on_surface) {
+static void place_smooth(const qni_patch *patch, qni_loop *loop) {
     double mean[3];
     mean_of(patch, loop, false, mean);
-    if (on_surface && patch->settings->features &&
-        largest_height(patch, loop, mean) > patch->settings->tolerance)
+    set_apex(patch, loop, mean);
+    loop->unsettled = patch->settings->features;
+}
+
+qn_status qni_patch_settle_apex(const qni_patch *patch, qni_loop *loop) {
+    double mean[3];
+    if (!loop->unsettled)
+        return QN_OK;
+    loop->unsettled = false;
+    mean_of(patch, loop, false, mean);
+    if (largest_height(patch, loop, mean) > patch->settings->tolerance)
         QN_TRY(move_onto_surface(patch, mean));
     set_apex(patch, loop, mean);
     return QN_OK;
@@ -262,7 +271,7 @@ static void place_corner(qni_patch *patch, qni_loop *loop) {
 }
 
 /* No features: smooth, or the tip of a cone, where all tangent planes meet. */
-static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_surface) {
+static void place_featureless(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
     if (patch->settings->features && count_clusters(patch, loop) >= 3) {
         mean_of(patch, loop, false, mean);
@@ -271,31 +280,29 @@ static qn_status place_featureless(qni_patch *patch, qni_loop *loop, bool on_sur
             qni_patch_on_surface(patch, point, 1e-3 * patch->size)) {
             loop->clusters = 3;
             set_apex(patch, loop, point);
-            return QN_OK;
+            return;
         }
     }
-    return place_smooth(patch, loop, on_surface);
+    place_smooth(patch, loop);
 }
 
-qn_status qni_patch_place_apex(qni_patch *patch, qni_loop *loop, bool on_surface) {
-    loop->escaped = loop->beyond = loop->knows_corner = false;
-    loop->clusters = 1;
+void qni_patch_place_apex(qni_patch *patch, qni_loop *loop) {
+    loop->escaped = loop->beyond = loop->knows_corner = loop->unsettled = false;
+    loop->clusters = loop->sharp_count == 0 ? 1 : loop->sharp_count > 2 ? 3 : 2;
     if (loop->sharp_count == 0)
-        return place_featureless(patch, loop, on_surface);
-    loop->clusters = loop->sharp_count > 2 ? 3 : 2;
-    if (loop->sharp_count == 2)
+        place_featureless(patch, loop);
+    else if (loop->sharp_count == 2)
         place_on_crease(patch, loop);
     else if (loop->sharp_count == 1)
         place_end(patch, loop);
     else
         place_corner(patch, loop);
-    return QN_OK;
 }
 
-qn_status qni_patch_place_apexes(qni_patch *patch, bool on_surface, qni_cms_tally *tally) {
+qn_status qni_patch_place_apexes(qni_patch *patch, qni_cms_tally *tally) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         qni_loop *loop = &patch->loops[n];
-        QN_TRY(qni_patch_place_apex(patch, loop, on_surface));
+        qni_patch_place_apex(patch, loop);
         ++tally->loops;
         tally->smooth_loops += loop->clusters == 1;
         tally->crease_loops += loop->clusters == 2;

@@ -12,10 +12,9 @@
 
 #include <string.h>
 
-bool qni_owns_face(const qni_octree *octree, const qni_cell *cell, int face) {
-    if (qni_octree_divided_across(octree, cell, face))
-        return false;
-    return (face & 1) || qni_octree_coarser_across(octree, cell, face);
+static bool owns_face(const qni_octree *octree, const qni_cell *cell, int face) {
+    const int across = qni_octree_level_across(octree, cell, face);
+    return across < 0 || across == cell->level ? face & 1 : across > cell->level;
 }
 
 int64_t qni_leaf_before(const qni_stages *stages, const qni_chunk *chunk, const qni_cell *leaf,
@@ -65,7 +64,7 @@ static qni_leaf_faces describe(const qni_stages *stages, const qni_cell *cell) {
     qni_leaf_faces faces = {.pass = stages->pass};
     for (int face = 0; face < QNI_FACES; ++face) {
         const qni_cell across = qni_cell_across(cell, face);
-        faces.at[face].owned = qni_owns_face(stages->octree, cell, face);
+        faces.at[face].owned = owns_face(stages->octree, cell, face);
         faces.at[face].closely = cell->level == 0 && (qni_is_close(stages, cell->low) ||
                                                       qni_is_close(stages, across.low));
         if (cell->level == 0 && stages->unite && qni_octree_is_empty(stages->octree, across.low))

@@ -145,9 +145,9 @@ static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
 /* Triangles of a part; false when it does not come out well. */
 static bool finish_part(qni_patch *patch, int64_t part, int depth) {
     qni_loop *loop = &patch->loops[part];
-    if (loop->count < 3 || loop->sharp_count < LEAST_SHARP || !ends_fit(patch, loop) ||
-        qni_patch_place_apex(patch, loop, true) != QN_OK)
+    if (loop->count < 3 || loop->sharp_count < LEAST_SHARP || !ends_fit(patch, loop))
         return false;
+    qni_patch_place_apex(patch, loop);
     if (qni_patch_flat(patch, loop, false))
         return !loop->escaped && lies_on_surface(patch, loop);
     if (loop->escaped)

@@ -104,8 +104,6 @@ void qni_chunk_faces(qni_stages *stages, int64_t chunk);
 void qni_chunk_cells(qni_stages *stages, int64_t chunk);
 /* Count which segments the chunk's cells use. */
 void qni_chunk_count_uses(qni_stages *stages, int64_t chunk);
-/* Is a face that leaf's own? */
-bool qni_owns_face(const qni_octree *octree, const qni_cell *cell, int face);
 /* The place of a leaf among those before, from a place on; -1: it was none. Leaves that stay keep
  * their order. */
 int64_t qni_leaf_before(const qni_stages *stages, const qni_chunk *chunk, const qni_cell *leaf,

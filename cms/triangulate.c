@@ -407,8 +407,10 @@ qn_status qni_patch_triangulate(qni_patch *patch, qni_cms_tally *tally) {
             break;
         else if (patch->cell.level == 0 && is_odd(patch, loop))
             QN_TRY(triangulate_odd(patch, loop));
-        else
+        else {
+            QN_TRY(qni_patch_settle_apex(patch, loop));
             qni_patch_fan(patch, loop);
+        }
     }
     for (int64_t n = 0; n < patch->loop_count; ++n)
         tally->escaped_corners +=

@@ -173,8 +173,7 @@ qni_cell qni_cell_across(const qni_cell *cell, int face) {
     return across;
 }
 
-/* The level of any leaf along the face, on its other side; -1 where there is no block. */
-static int level_across(const qni_octree *octree, const qni_cell *cell, int face) {
+int qni_octree_level_across(const qni_octree *octree, const qni_cell *cell, int face) {
     const int axis = face >> 1, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
     qni_cell across = qni_cell_across(cell, face);
     if (!(face & 1))
@@ -193,10 +192,6 @@ static int level_across(const qni_octree *octree, const qni_cell *cell, int face
 }
 
 bool qni_octree_divided_across(const qni_octree *octree, const qni_cell *cell, int face) {
-    const int level = level_across(octree, cell, face);
+    const int level = qni_octree_level_across(octree, cell, face);
     return level >= 0 && level < cell->level;
-}
-
-bool qni_octree_coarser_across(const qni_octree *octree, const qni_cell *cell, int face) {
-    return level_across(octree, cell, face) > cell->level;
 }

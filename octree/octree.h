@@ -39,13 +39,13 @@ int qni_octree_level(const qni_octree *octree, const int32_t point[3]);
 int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell);
 /* Is the finest cell at a point in no leaf with surface? */
 bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]);
+/* The level of any leaf along a face, on its other side; -1 where there is no block. */
+int qni_octree_level_across(const qni_octree *octree, const qni_cell *cell, int face);
 /* Is the cell of the same size across a face divided? Only the part along the face is asked: where
  * no block lies there, no surface does. */
 bool qni_octree_divided_across(const qni_octree *octree, const qni_cell *cell, int face);
 /* The cell of the same size across a face. */
 qni_cell qni_cell_across(const qni_cell *cell, int face);
-/* Is the level of the leaf across the face larger? */
-bool qni_octree_coarser_across(const qni_octree *octree, const qni_cell *cell, int face);
 
 /* Number the leaves (leaves.c). */
 qn_status qni_octree_number_leaves(qni_octree *octree, const qni_cell *large, int64_t large_count,
