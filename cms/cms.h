@@ -302,8 +302,10 @@ static inline int qni_edge_of_walls(uint8_t walls) {
 }
 /* A float strictly between the walls, as near to the value as can be. */
 static inline float qni_between(double value, float low, float high) {
-    const float rounded = (float)value, least = __builtin_nextafterf(low, high),
-                most = __builtin_nextafterf(high, low);
+    const float rounded = (float)value;
+    if (rounded > low && rounded < high)
+        return rounded;
+    const float least = __builtin_nextafterf(low, high), most = __builtin_nextafterf(high, low);
     return rounded < least ? least : rounded > most ? most : rounded;
 }
 
