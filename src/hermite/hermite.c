@@ -11,11 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* All three turn the upper half of the sum, of which small tables, too, take the lowest bits. */
 static uint64_t hash_place(int32_t x, int32_t y, int32_t z) {
-    uint64_t key =
-        (uint64_t)(uint32_t)x | (uint64_t)(uint32_t)y << 21 | (uint64_t)(uint32_t)z << 42;
-    key *= UINT64_C(0x9e3779b97f4a7c15);
-    return key ^ key >> 29;
+    const uint64_t sum = (uint64_t)(uint32_t)x * UINT64_C(0x9e3779b97f4a7c15) +
+                         (uint64_t)(uint32_t)y * UINT64_C(0xc2b2ae3d27d4eb4f) +
+                         (uint64_t)(uint32_t)z * UINT64_C(0x165667b19e3779f9);
+    return sum >> 32;
 }
 
 int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z) {
