@@ -367,15 +367,29 @@ static qn_status surface_of_crossings(qni_hermite *hermite, const qni_cms_settin
     return status;
 }
 
+/* The depth of cells of a size, and the extent that so many of them have, which is no less. */
+static qn_status take_cell(double cell, double *extent, int32_t *depth, qn_error *error) {
+    *depth = qn_depth_of_cell(cell, *extent);
+    if (*depth > QN_MAX_DEPTH)
+        return qni_fail(
+            error, QN_ERROR_INVALID_ARGUMENT,
+            "cells of %g are more than %.0f along the longest side (%g): take larger ones", cell,
+            qn_depth_cells(QN_MAX_DEPTH), *extent);
+    *extent = cell * qn_depth_cells(*depth);
+    return QN_OK;
+}
+
 static qn_status lay_lattice(const qni_cms_job *job, const qn_solid_surface_options *options,
                              qni_lattice *lattice, qn_error *error) {
-    const int32_t base = options->base ? options->base : 8;
+    int32_t base = options->base ? options->base : 8, depth = options->depth ? options->depth : 7;
     if (job->samples)
         return qni_lattice_of_samples(lattice, job->solid, base, options->open, error);
     double extent;
     const qni_box bounds = bounds_of(job->solid, options, &extent);
-    return qni_lattice_init(lattice, &bounds, extent, options->depth ? options->depth : 7, base,
-                            error);
+    if (options->cell > 0)
+        QN_TRY(take_cell(options->cell, &extent, &depth, error));
+    base = base < 1 << depth ? base : 1 << depth;
+    return qni_lattice_init(lattice, &bounds, extent, depth, base, error);
 }
 
 static qni_cms_settings settings_of(const qni_cms_job *job, const qni_lattice *lattice,

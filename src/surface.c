@@ -121,7 +121,11 @@ static qn_status check_solid_options(const qn_solid_surface_options *options, qn
     if (depth < QN_MIN_DEPTH || depth > QN_MAX_DEPTH)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT, "depth %d: give a number from %d to %d",
                         depth, QN_MIN_DEPTH, QN_MAX_DEPTH);
-    if (base < 1 || (base & (base - 1)) || base > 1 << depth)
+    if (!(options->cell >= 0) || !isfinite(options->cell) || (options->cell > 0 && options->depth))
+        return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
+                        "cell %g and depth %d: give the size of the finest cells or a depth",
+                        options->cell, options->depth);
+    if (base < 1 || (base & (base - 1)) || (base > 1 << depth && !(options->cell > 0)))
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "base %d: give a power of two from 1 to 2^depth = %d", base, 1 << depth);
     if (!(options->tolerance >= 0) || !isfinite(options->tolerance))
@@ -160,11 +164,11 @@ qn_status qn_solid_surface(qn_context *context, const qn_solid *solid,
 
 static qn_status check_volume_options(const qn_solid_surface_options *options, qn_error *error) {
     QN_TRY(check_solid_options(options, error));
-    if (options->depth)
+    if (options->depth || options->cell > 0)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
-                        "depth %d: the finest cells of a volume are those between its samples; "
-                        "leave depth out",
-                        options->depth);
+                        "depth %d, cell %g: the finest cells of a volume are those between its "
+                        "samples; leave both out",
+                        options->depth, options->cell);
     if (options->has_box)
         return qni_fail(error, QN_ERROR_INVALID_ARGUMENT,
                         "a box cannot be cut out of a volume on its own lattice; make a solid of "

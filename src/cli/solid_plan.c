@@ -22,11 +22,25 @@ static int64_t grown(double coarse, double fine, int levels, double most) {
     return (int64_t)(round(value / unit) * unit);
 }
 
+/* The depth that is asked for, or that of a size of cells. */
+static int wanted_depth(const solid_job *job) {
+    const qn_solid_surface_options *options = &job->surface_options;
+    double low[3], high[3], longest = 0;
+    if (!(options->cell > 0))
+        return options->depth ? options->depth : DEFAULT_DEPTH;
+    qn_solid_get_box(job->solid, low, high);
+    for (int k = 0; k < 3; ++k)
+        longest =
+            fmax(longest, options->has_box ? options->high[k] - options->low[k] : high[k] - low[k]);
+    return qn_depth_of_cell(options->cell, longest);
+}
+
 static int try_depth(solid_job *job, int depth, qn_solid_surface_report *report) {
     qn_solid_surface_options options = job->surface_options;
     qn_mesh *mesh = NULL;
     qn_error error;
-    options.depth = depth;
+    options.cell = ldexp(options.cell, wanted_depth(job) - depth);
+    options.depth = options.cell > 0 ? 0 : depth;
     options.base = options.base && options.base < 1 << depth ? options.base : 0;
     const int exit_code = cli_fail(
         job->session,
@@ -37,7 +51,7 @@ static int try_depth(solid_job *job, int depth, qn_solid_surface_report *report)
 }
 
 static int make_plan(solid_job *job, solid_plan *plan) {
-    const int depth = job->surface_options.depth ? job->surface_options.depth : DEFAULT_DEPTH;
+    const int depth = wanted_depth(job);
     const int fine = depth < PLAN_DEPTH ? depth : PLAN_DEPTH, levels = depth - fine;
     qn_solid_surface_report last, before;
     int exit_code = try_depth(job, fine, &last);

@@ -4,6 +4,8 @@
 #include "solid_job.h"
 #include "verbs.h"
 
+#include <math.h>
+
 static int read_solid(solid_job *job) {
     const cli_options *options = job->session->options;
     const double started = cli_seconds();
@@ -22,21 +24,32 @@ static int read_solid(solid_job *job) {
     return exit_code;
 }
 
+/* --voxel, or --dim along the longest side of the solid's box. */
+static void set_cell(solid_job *job) {
+    const cli_options *options = job->session->options;
+    qn_solid_surface_options *surface = &job->surface_options;
+    double low[3], high[3], longest = 0;
+    qn_solid_get_box(job->solid, low, high);
+    for (int k = 0; k < 3; ++k)
+        longest =
+            fmax(longest, surface->has_box ? surface->high[k] - surface->low[k] : high[k] - low[k]);
+    surface->cell = options->cells ? longest / (double)options->cells : options->voxel;
+}
+
 int verb_csg(cli_session *session) {
     solid_job job;
     solid_job_start(&job, session, "csg");
     int exit_code = output_check(session->options);
-    if (!exit_code && !session->options->dmc &&
-        (session->options->cells || session->options->voxel > 0))
-        exit_code = cli_usage("--dim and --voxel of 'quoin csg' go with --mode dmc: take --depth");
     if (!exit_code)
         exit_code = read_solid(&job);
     if (!exit_code && session->options->dmc) {
         exit_code = band_of_solid(session, job.solid, &job.band);
         if (!exit_code)
             exit_code = solid_job_run_dmc(&job);
-    } else if (!exit_code)
+    } else if (!exit_code) {
+        set_cell(&job);
         exit_code = solid_job_run(&job);
+    }
     solid_job_end(&job);
     return exit_code;
 }

@@ -92,10 +92,8 @@ static int set_cell(solid_job *job) {
     const double cell = job->band.volume ? job->band.band.voxel
                         : options->cells ? longest / (double)options->cells
                                          : options->voxel;
-    int32_t depth = QN_MIN_DEPTH;
-    while (depth < QN_MAX_DEPTH && cell * qn_depth_cells(depth) < longest)
-        ++depth;
-    if (cell * qn_depth_cells(depth) < longest) {
+    const int32_t depth = qn_depth_of_cell(cell, longest);
+    if (depth > QN_MAX_DEPTH) {
         cli_say(
             "--voxel %g: that is more than %.0f cells along the longest side (%g): take a larger "
             "one",

@@ -185,6 +185,7 @@ typedef struct qn_solid_surface_options {
                   in the box; of a volume, at its outermost samples */
     qn_creases creases;
     bool keep_flat; /* leave flat parts and straight edges divided as the octree is, not merged */
+    double cell;    /* size of the finest cells, world units, in place of a depth; 0: by depth */
 } qn_solid_surface_options;
 
 static inline void qn_solid_surface_options_init(qn_solid_surface_options *options) {
@@ -201,6 +202,15 @@ static inline void qn_solid_surface_options_init(qn_solid_surface_options *optio
  * are at every depth. */
 static inline double qn_depth_cells(int32_t depth) {
     return 31.0 / 32 * (double)((int64_t)1 << depth);
+}
+
+/* The depth that cells of a size need along a length: the least one of so many cells, from
+ * QN_MIN_DEPTH on; more than QN_MAX_DEPTH where none has so many. */
+static inline int32_t qn_depth_of_cell(double cell, double length) {
+    int32_t depth = QN_MIN_DEPTH;
+    while (depth <= QN_MAX_DEPTH && cell * qn_depth_cells(depth) < length)
+        ++depth;
+    return depth;
 }
 
 /* What happened on the way. */

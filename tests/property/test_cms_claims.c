@@ -354,6 +354,37 @@ static void a_box_cuts_the_solid(void **state) {
     test_context_end(context);
 }
 
+/* Cells of a size that is no share of the solid: as many as that takes, or a sentence. */
+static void cells_have_the_size_asked_for(void **state) {
+    (void)state;
+    qn_context *context = test_context(2);
+    const double centre[3] = {0.3, 0.2, 0.1};
+    qn_solid *sphere = test_sphere(context, centre, 1, 0);
+    test_solid_set_box(sphere, -1, 1.5);
+    for (int n = 0; n < 6; ++n) {
+        const double cell = 0.3 / (1 + 2.3 * n);
+        qn_solid_surface_options options;
+        qn_solid_surface_options_init(&options);
+        options.cell = cell;
+        qn_solid_surface_report report;
+        qn_mesh *mesh;
+        assert_int_equal(qn_solid_surface(context, sphere, &options, &mesh, &report, NULL), QN_OK);
+        assert_true(fabs(report.finest_cell / cell - 1) < 1e-12);
+        check_clean(context, mesh);
+        qn_mesh_destroy(mesh);
+        options.depth = 6;
+        assert_int_equal(qn_solid_surface(context, sphere, &options, &mesh, NULL, NULL),
+                         QN_ERROR_INVALID_ARGUMENT);
+        options.depth = 0;
+        options.cell = 2.5 / (1.01 * qn_depth_cells(QN_MAX_DEPTH));
+        assert_int_equal(qn_depth_of_cell(options.cell, 2.5), QN_MAX_DEPTH + 1);
+        assert_int_equal(qn_solid_surface(context, sphere, &options, &mesh, NULL, NULL),
+                         QN_ERROR_INVALID_ARGUMENT);
+    }
+    qn_solid_destroy(sphere);
+    test_context_end(context);
+}
+
 /* Split on request: each corner's normal is that of its face, and the mesh itself stays closed. */
 static void normals_split_at_creases(void **state) {
     (void)state;
@@ -394,6 +425,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tagged_edges_lie_near_a_turned_cubes_edges),
         cmocka_unit_test(flat_parts_and_straight_edges_stay_coarse),
+        cmocka_unit_test(cells_have_the_size_asked_for),
         cmocka_unit_test(normals_split_at_creases),
         cmocka_unit_test(thin_plates_are_closed_and_whole),
         cmocka_unit_test(plates_keep_their_rims),

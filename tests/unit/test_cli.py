@@ -563,7 +563,12 @@ class OtherVerbs(Case):
                                    delta=0.015 * volume)
         self.quoin("csg", "cube.csg", "--mode", "dmc", "--dim", "20", "-o", "c.ply", "--check")
         self.quoin("compare", "a.ply", "c.ply", "--tol", "0.03")
-        self.quoin("csg", "cube.csg", "--dim", "20", "-o", "c.ply", code=2)
+        self.quoin("csg", "cube.csg", "--dim", "20", "--depth", "5", "-o", "c.ply", code=2)
+        for size in ("--dim", "20"), ("--voxel", "0.05"):
+            out, _ = self.quoin("csg", "cube.csg", *size, "-o", "c.ply", "--check", "--report", "-")
+            self.assertAlmostEqual(json.loads(out)["surface"]["finest_cell"], 0.05)
+            out, _ = self.quoin("csg", "cube.csg", *size, "--dry-run", "--report", "-")
+            self.assertEqual(json.loads(out)["plan"]["depth"], 5)
         self.quoin("remesh", "cube.off", "--offset", "-3", "--mode", "dmc", "-o", "none.ply", code=4)
 
     def test_compare(self):
