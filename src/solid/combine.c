@@ -283,11 +283,10 @@ static qn_status combine_crossings(const qn_solid *solid, const double a[3], con
 }
 
 static combination *create(qn_context *context, double sign, int64_t count);
-static const qni_solid_ops combine_ops;
 
-/* The parts of a combination in a box. A combination among them is restricted before its bounds are
- * asked for: that costs as much as its bounds, and those of what is left next to nothing, so that
- * the parts of nested ones are not gone through once for each that they lie in. */
+/* The parts of a combination in a box. Those that are much smaller in it are restricted before
+ * their bounds are asked for: that costs as much as the bounds, and those of what is left next to
+ * nothing, so that the parts of nested ones are not gone through once for each that they lie in. */
 typedef struct local_part {
     qn_solid *restricted; /* NULL: not yet */
     double low;
@@ -298,7 +297,7 @@ static qn_status bound_locally(const combination *c, int64_t n, const qni_box *b
                                local_part *local, double *high) {
     const qn_solid *part = c->parts[n];
     double each[2];
-    if (part->ops == &combine_ops) {
+    if (part->narrows) {
         QN_TRY(part->ops->restrict_to(part, box, &local->restricted));
         part = local->restricted;
     }
@@ -396,6 +395,7 @@ static combination *create(qn_context *context, double sign, int64_t count) {
     c->sign = sign;
     c->count = count;
     c->base.weight = 0; /* until its parts are known */
+    c->base.narrows = true;
     c->parts = qni_alloc_zero(context, count, sizeof *c->parts);
     c->signs = qni_alloc_zero(context, count, sizeof *c->signs);
     if (c->parts && c->signs)

@@ -84,6 +84,7 @@ static keeper *create(qn_context *context, const qn_solid *part) {
     k->base.box = part->box;
     k->base.depth = part->depth + 1;
     k->base.weight = part->weight;
+    k->base.narrows = part->narrows;
     k->base.owner = part->owner;
     return k;
 }

@@ -9,6 +9,9 @@
 
 typedef qni_plane plane;
 
+/* Few planes are asked faster than a smaller solid is made. */
+enum { FEW_PLANES = 8 };
+
 typedef struct polytope {
     qn_solid base;
     plane *planes;
@@ -51,6 +54,18 @@ static qn_status polytope_values(const qn_solid *solid, int64_t count, const dou
     return QN_OK;
 }
 
+/* The first plane that a point is beyond is enough. */
+static qn_status polytope_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
+                                 bool *inside) {
+    const polytope *p = (const polytope *)solid;
+    for (int64_t i = 0; i < count; ++i) {
+        inside[i] = true;
+        for (int64_t n = 0; n < p->count && inside[i]; ++n)
+            inside[i] = plane_value(&p->planes[n], points[i][0], points[i][1], points[i][2]) < 0;
+    }
+    return QN_OK;
+}
+
 static qn_status polytope_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
                                     double (*gradients)[3], int32_t *owners) {
     const polytope *p = (const polytope *)solid;
@@ -72,26 +87,41 @@ static qn_status polytope_gradients(const qn_solid *solid, int64_t count, const 
     return QN_OK;
 }
 
-/* Least and largest value of one plane in the box, with room for rounding. */
-static void plane_range(const plane *s, const qni_box *box, double range[2]) {
-    double low = -s->distance, high = -s->distance, size = fabs(s->distance);
+/* A box as planes are held against it: normals are of unit length. */
+typedef struct span {
+    double middle[3], half[3], size;
+} span;
+
+static span span_of(const qni_box *box) {
+    span out = {.size = 0};
     for (int k = 0; k < 3; ++k) {
-        if (s->normal[k] == 0)
-            continue;
-        double a = s->normal[k] * box->low[k], b = s->normal[k] * box->high[k];
-        low += a < b ? a : b;
-        high += a < b ? b : a;
-        size += qni_max(fabs(a), fabs(b));
+        out.middle[k] = 0.5 * (box->low[k] + box->high[k]);
+        out.half[k] = 0.5 * (box->high[k] - box->low[k]);
+        out.size += fabs(out.middle[k]) + out.half[k];
     }
-    range[0] = low - 4 * QNI_EPSILON * size - QNI_TIE;
-    range[1] = high + 4 * QNI_EPSILON * size + QNI_TIE;
+    return out;
+}
+
+/* Least and largest value of one plane in the box, with room for rounding. */
+static inline void plane_range(const plane *s, const span *box, double range[2]) {
+    const double *n = s->normal;
+    const double value = n[0] * box->middle[0] + n[1] * box->middle[1] + n[2] * box->middle[2] -
+                         s->distance,
+                 reach = fabs(n[0]) * box->half[0] + fabs(n[1]) * box->half[1] +
+                         fabs(n[2]) * box->half[2] +
+                         8 * QNI_EPSILON * (box->size + fabs(s->distance)) + QNI_TIE;
+    range[0] = value - reach;
+    range[1] = value + reach;
 }
 
 static void exact_bounds(const polytope *p, const qni_box *box, double range[2]) {
+    const span held = span_of(box);
     range[0] = range[1] = -QNI_INFINITY;
-    for (int64_t n = 0; n < p->count; ++n) {
+    if (!qni_box_is_finite(box))
+        range[1] = QNI_INFINITY;
+    for (int64_t n = 0; n < p->count && range[1] < QNI_INFINITY; ++n) {
         double each[2];
-        plane_range(&p->planes[n], box, each);
+        plane_range(&p->planes[n], &held, each);
         range[0] = qni_max(range[0], each[0]);
         range[1] = qni_max(range[1], each[1]);
     }
@@ -185,26 +215,27 @@ static qn_status polytope_crossings(const qn_solid *solid, const double a[3], co
 static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner,
                         polytope **out);
 
-/* Few planes are asked faster than a smaller solid is made. */
-enum { FEW_PLANES = 8 };
-
-/* A plane that is below another one all over the box is never the active one there. */
-static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box,
-                                   qn_solid **solid_out) {
-    const polytope *p = (const polytope *)solid;
-    double range[2], each[2];
+/* The largest values of all planes in the box, and how many planes can be the active one there: a
+ * plane that is below another one all over the box is not. */
+static int64_t mark_active(const polytope *p, const qni_box *box, double *highs, double *least) {
+    const span held = span_of(box);
     int64_t kept = 0;
-    if (p->count <= FEW_PLANES)
-        return qni_restrict_to_itself(solid, box, solid_out);
-    exact_bounds(p, box, range);
+    *least = -QNI_INFINITY;
     for (int64_t n = 0; n < p->count; ++n) {
-        plane_range(&p->planes[n], box, each);
-        kept += each[1] >= range[0];
+        double each[2];
+        plane_range(&p->planes[n], &held, each);
+        *least = qni_max(*least, each[0]);
+        highs[n] = each[1];
     }
-    if (kept == p->count)
-        return qni_restrict_to_itself(solid, box, solid_out);
+    for (int64_t n = 0; n < p->count; ++n)
+        kept += highs[n] >= *least;
+    return kept;
+}
+
+static qn_status keep_active(const polytope *p, int64_t kept, const double *highs, double least,
+                             qn_solid **solid_out) {
     polytope *smaller;
-    *solid_out = create(solid->context, kept, &solid->box, solid->owner, &smaller);
+    *solid_out = create(p->base.context, kept, &p->base.box, p->base.owner, &smaller);
     if (!*solid_out)
         return QN_ERROR_OUT_OF_MEMORY;
     memcpy(smaller->centre, p->centre,
@@ -212,12 +243,28 @@ static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box,
     smaller->inner = p->inner;
     smaller->outer = p->outer;
     kept = 0;
-    for (int64_t n = 0; n < p->count; ++n) {
-        plane_range(&p->planes[n], box, each);
-        if (each[1] >= range[0])
+    for (int64_t n = 0; n < p->count; ++n)
+        if (highs[n] >= least)
             smaller->planes[kept++] = p->planes[n];
-    }
     return QN_OK;
+}
+
+/* One that is far away is left as it is: most often it is dropped next. */
+static qn_status polytope_restrict(const qn_solid *solid, const qni_box *box,
+                                   qn_solid **solid_out) {
+    const polytope *p = (const polytope *)solid;
+    double range[2], least;
+    if (p->count <= FEW_PLANES || !qni_box_is_finite(box) || far_bounds(p, box, range))
+        return qni_restrict_to_itself(solid, box, solid_out);
+    double *highs = qni_alloc(solid->context, p->count, sizeof *highs);
+    *solid_out = NULL;
+    if (!highs)
+        return QN_ERROR_OUT_OF_MEMORY;
+    const int64_t kept = mark_active(p, box, highs, &least);
+    const qn_status status = kept == p->count ? qni_restrict_to_itself(solid, box, solid_out)
+                                              : keep_active(p, kept, highs, least, solid_out);
+    qni_free(solid->context, highs, p->count, sizeof *highs);
+    return status;
 }
 
 static const qni_solid_ops polytope_ops = {
@@ -228,6 +275,7 @@ static const qni_solid_ops polytope_ops = {
     .crossings = polytope_crossings,
     .restrict_to = polytope_restrict,
     .slopes = polytope_slopes,
+    .inside = polytope_inside,
 };
 
 static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, int32_t owner,
@@ -239,6 +287,7 @@ static qn_solid *create(qn_context *context, int64_t count, const qni_box *box, 
     p->planes = qni_alloc(context, count, sizeof *p->planes);
     p->base.box = *box;
     p->base.owner = owner;
+    p->base.narrows = count > FEW_PLANES;
     if (!p->planes) {
         qni_solid_free(&p->base, sizeof *p);
         return NULL;

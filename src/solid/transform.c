@@ -207,6 +207,7 @@ qn_solid *qni_transform_create(qn_context *context, const qn_solid *part,
     memcpy(t->inverse, inverse, sizeof t->inverse);
     t->base.depth = part->depth + 1;
     t->base.weight = part->weight;
+    t->base.narrows = part->narrows;
     t->invertible = forward;
     t->base.box = forward ? qni_box_image(forward, &part->box) : *box;
     return &t->base;

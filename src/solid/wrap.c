@@ -27,6 +27,7 @@ static qn_solid *create(qn_context *context, const qn_solid *part, const qni_sol
     solid->base.box = part->box;
     solid->base.depth = part->depth + 1;
     solid->base.weight = part->weight;
+    solid->base.narrows = part->narrows;
     return &solid->base;
 }
 
