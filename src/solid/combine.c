@@ -283,6 +283,7 @@ static qn_status combine_crossings(const qn_solid *solid, const double a[3], con
 }
 
 static combination *create(qn_context *context, double sign, int64_t count);
+static const qni_solid_ops combine_ops;
 
 /* The parts of a combination in a box. Those that are much smaller in it are restricted before
  * their bounds are asked for: that costs as much as the bounds, and those of what is left next to
@@ -325,40 +326,65 @@ static qn_status mark_kept(const combination *c, const qni_box *box, local_part 
     return QN_OK;
 }
 
-/* Fill `smaller` with the restricted parts that are kept. */
-static qn_status restrict_parts(const combination *c, const qni_box *box, local_part *locals,
-                                combination *smaller, bool *changed_out) {
-    int64_t used = 0;
+static qn_status restrict_kept(const combination *c, const qni_box *box, local_part *locals,
+                               bool *changed_out) {
     for (int64_t n = 0; n < c->count; ++n) {
-        if (!locals[n].keep)
-            continue;
-        if (!locals[n].restricted)
+        if (locals[n].keep && !locals[n].restricted)
             QN_TRY(c->parts[n]->ops->restrict_to(c->parts[n], box, &locals[n].restricted));
-        smaller->parts[used] = qni_solid_retain(locals[n].restricted);
-        *changed_out = *changed_out || smaller->parts[used] != c->parts[n];
-        smaller->base.weight += smaller->parts[used]->weight;
-        smaller->signs[used++] = c->signs[n];
+        *changed_out = *changed_out || !locals[n].keep || locals[n].restricted != c->parts[n];
     }
     return QN_OK;
 }
 
-static qn_status restrict_kept(const combination *c, const qni_box *box, local_part *locals,
-                               int64_t kept, qn_solid **solid_out) {
-    combination *smaller = create(c->base.context, c->sign, kept);
+/* A union among the parts of a union gives its own parts instead: the least value is the same. */
+static const combination *as_inner_union(const combination *c, int64_t n, const qn_solid *part) {
+    const combination *inner = (const combination *)part;
+    return part->ops == &combine_ops && c->sign > 0 && c->signs[n] > 0 && inner->sign > 0 ? inner
+                                                                                          : NULL;
+}
+
+static void add_part(combination *smaller, int64_t *used, qn_solid *part, double sign) {
+    smaller->parts[*used] = qni_solid_retain(part);
+    smaller->base.weight += part->weight;
+    smaller->signs[(*used)++] = sign;
+}
+
+static combination *join_kept(const combination *c, const local_part *locals) {
+    int64_t count = 0, used = 0;
+    for (int64_t n = 0; n < c->count; ++n) {
+        const combination *inner =
+            locals[n].keep ? as_inner_union(c, n, locals[n].restricted) : NULL;
+        count += inner ? inner->count : locals[n].keep;
+    }
+    combination *smaller = create(c->base.context, c->sign, count);
+    for (int64_t n = 0; smaller && n < c->count; ++n) {
+        const combination *inner =
+            locals[n].keep ? as_inner_union(c, n, locals[n].restricted) : NULL;
+        for (int64_t m = 0; inner && m < inner->count; ++m)
+            add_part(smaller, &used, inner->parts[m], inner->signs[m]);
+        if (!inner && locals[n].keep)
+            add_part(smaller, &used, locals[n].restricted, c->signs[n]);
+    }
+    return smaller;
+}
+
+static qn_status take_kept(const combination *c, const qni_box *box, local_part *locals,
+                           int64_t kept, qn_solid **solid_out) {
+    bool changed = kept != c->count;
+    QN_TRY(restrict_kept(c, box, locals, &changed));
+    if (!changed) {
+        *solid_out = qni_solid_retain(&c->base);
+        return QN_OK;
+    }
+    combination *smaller = join_kept(c, locals);
     if (!smaller)
         return QN_ERROR_OUT_OF_MEMORY;
     smaller->base.box = c->base.box;
     smaller->base.depth = c->base.depth;
-    bool changed = kept != c->count;
-    qn_status status = restrict_parts(c, box, locals, smaller, &changed);
-    if (status == QN_OK && !changed)
-        *solid_out = qni_solid_retain(&c->base);
-    else if (status == QN_OK && kept == 1 && smaller->signs[0] * c->sign > 0)
-        *solid_out = qni_solid_retain(smaller->parts[0]);
-    else if (status == QN_OK)
-        *solid_out = qni_solid_retain(&smaller->base);
+    const bool alone = smaller->count == 1 && smaller->signs[0] * c->sign > 0;
+    *solid_out = qni_solid_retain(alone ? smaller->parts[0] : &smaller->base);
     qn_solid_destroy(&smaller->base);
-    return status;
+    return QN_OK;
 }
 
 static qn_status combine_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
@@ -370,7 +396,7 @@ static qn_status combine_restrict(const qn_solid *solid, const qni_box *box, qn_
     int64_t kept;
     qn_status status = mark_kept(c, box, locals, &kept);
     if (status == QN_OK)
-        status = restrict_kept(c, box, locals, kept, solid_out);
+        status = take_kept(c, box, locals, kept, solid_out);
     for (int64_t n = 0; n < c->count; ++n)
         qn_solid_destroy(locals[n].restricted);
     qni_free(solid->context, locals, c->count, sizeof *locals);

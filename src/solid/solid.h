@@ -80,7 +80,7 @@ struct qn_solid {
                        empty */
     int32_t depth;  /* levels of the tree below and with this one */
     int32_t weight; /* what a value costs, about: primitives below and with this one */
-    bool narrows;   /* much smaller in a small box, and restricted as fast as its bounds are found */
+    bool narrows;   /* much smaller in a small box: restricted as fast as its bounds are found */
     int32_t owner;  /* of leaves: what gradients and crossings say */
     bool ends_in_box; /* nothing of it lies beyond the box, which else may be where to look only */
     bool direct;      /* it is restricted to a small box at once as well as step by step */
