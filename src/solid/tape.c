@@ -40,33 +40,43 @@ static const qni_solid_ops tape_ops = {
     .slopes = qni_tape_slopes,
 };
 
-enum { UNUSED = -1 };
+/* What becomes of an operation: not needed, or needed; and then its place in the new tape. */
+enum { UNUSED = -2, NEEDED = -1 };
 
-/* place[n]: 0 when operation n is needed, else UNUSED. Going back from the last one. */
-static int64_t mark_needed(const qni_tape_op *ops, int64_t count, int32_t *place) {
+/* Going back from the last one. `sides`, or NULL: of a min or max that is decided only that side is
+ * needed, which gives its result; how many operations are left. */
+static int64_t mark_needed(const qni_tape_op *ops, int64_t count, const int8_t *sides,
+                           int32_t *place) {
     int64_t needed = 0;
     for (int64_t n = 0; n < count; ++n)
         place[n] = UNUSED;
-    place[count - 1] = 0;
+    place[count - 1] = NEEDED;
     for (int64_t n = count - 1; n >= 0; --n) {
         if (place[n] == UNUSED)
             continue;
-        ++needed;
-        int operands = qni_tape_operands((qni_tape_code)ops[n].code);
-        if (operands > 0)
-            place[ops[n].left] = 0;
-        if (operands > 1)
-            place[ops[n].right] = 0;
+        const int side = sides ? sides[n] : 0,
+                  operands = qni_tape_operands((qni_tape_code)ops[n].code);
+        needed += side == 0;
+        if (operands > 0 && side <= 0)
+            place[ops[n].left] = NEEDED;
+        if (operands > 1 && side >= 0)
+            place[ops[n].right] = NEEDED;
     }
     return needed;
 }
 
-static void copy_needed(const qni_tape_op *ops, int64_t count, int32_t *place, qni_tape_op *kept) {
+static void copy_needed(const qni_tape_op *ops, int64_t count, const int8_t *sides, int32_t *place,
+                        qni_tape_op *kept) {
     int32_t next = 0;
     for (int64_t n = 0; n < count; ++n) {
         if (place[n] == UNUSED)
             continue;
-        int operands = qni_tape_operands((qni_tape_code)ops[n].code);
+        const int side = sides ? sides[n] : 0,
+                  operands = qni_tape_operands((qni_tape_code)ops[n].code);
+        if (side != 0) {
+            place[n] = place[side < 0 ? ops[n].left : ops[n].right];
+            continue;
+        }
         kept[next] = ops[n];
         kept[next].left = operands > 0 ? place[ops[n].left] : 0;
         kept[next].right = operands > 1 ? place[ops[n].right] : kept[next].left;
@@ -101,25 +111,31 @@ static int32_t assign_registers(qni_tape_op *ops, int64_t count, int32_t *last,
     return registers;
 }
 
+/* A tape of what is needed; `place` is scratch for twice as many numbers. */
+static qni_tape *create(qn_context *context, const qni_tape_op *ops, int64_t count,
+                        const int8_t *sides, int32_t *place, const qni_box *box) {
+    qni_tape *tape = (qni_tape *)qni_solid_new(context, sizeof *tape, &tape_ops);
+    if (!tape)
+        return NULL;
+    tape->count = mark_needed(ops, count, sides, place);
+    tape->ops = qni_alloc(context, tape->count, sizeof *tape->ops);
+    tape->base.box = *box;
+    tape->base.weight = 1 + (int32_t)(tape->count / QNI_TAPE_OPS_OF_A_PRIMITIVE);
+    if (!tape->ops) {
+        qni_solid_free(&tape->base, sizeof *tape);
+        return NULL;
+    }
+    copy_needed(ops, count, sides, place, tape->ops);
+    tape->registers = assign_registers(tape->ops, tape->count, place, place + count);
+    return tape;
+}
+
 qni_tape *qni_tape_create(qn_context *context, const qni_tape_op *ops, int64_t count,
                           const qni_box *box) {
     int32_t *place = qni_alloc(context, 2 * count, sizeof *place);
     if (!place)
         return NULL;
-    qni_tape *tape = (qni_tape *)qni_solid_new(context, sizeof *tape, &tape_ops);
-    if (tape) {
-        tape->count = mark_needed(ops, count, place);
-        tape->ops = qni_alloc(context, tape->count, sizeof *tape->ops);
-        tape->base.box = *box;
-        tape->base.weight = 1 + (int32_t)(tape->count / QNI_TAPE_OPS_OF_A_PRIMITIVE);
-        if (tape->ops) {
-            copy_needed(ops, count, place, tape->ops);
-            tape->registers = assign_registers(tape->ops, tape->count, place, place + count);
-        } else {
-            qni_solid_free(&tape->base, sizeof *tape);
-            tape = NULL;
-        }
-    }
+    qni_tape *tape = create(context, ops, count, NULL, place, box);
     qni_free(context, place, 2 * count, sizeof *place);
     return tape;
 }
@@ -135,47 +151,42 @@ static int decide(const qni_tape_op *op, qni_interval left, qni_interval right) 
     return 0;
 }
 
-/* Copies the operations with the decided ones bypassed; `stand_in[n]` is the operation that gives
- * what n gave. Operations that become unused stay for qni_tape_create() to drop. The number of
- * decisions is returned. */
-static int64_t bypass(const qni_tape *tape, const qni_box *box, qni_interval *registers,
-                      qni_tape_op *ops, int32_t *stand_in) {
+/* The sides that are taken all over the box; how many are decided. */
+static int64_t decide_all(const qni_tape *tape, const qni_box *box, qni_interval *registers,
+                          int8_t *sides) {
     int64_t decided = 0;
     for (int64_t n = 0; n < tape->count; ++n) {
         const qni_tape_op *op = &tape->ops[n];
-        qni_interval left = registers[op->left_register], right = registers[op->right_register];
-        int side = decide(op, left, right);
+        const qni_interval left = registers[op->left_register],
+                           right = registers[op->right_register];
+        sides[n] = (int8_t)decide(op, left, right);
+        decided += sides[n] != 0;
         registers[op->out_register] = qni_interval_apply(op, left, right, box);
-        stand_in[n] = side < 0 ? stand_in[op->left] : side > 0 ? stand_in[op->right] : (int32_t)n;
-        decided += side != 0;
-        ops[n] = *op;
-        if (qni_tape_operands((qni_tape_code)op->code) > 0) {
-            ops[n].left = stand_in[op->left];
-            ops[n].right = stand_in[op->right];
-        }
     }
     return decided;
 }
 
 qn_status qni_tape_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     const qni_tape *tape = (const qni_tape *)solid;
+    const size_t each = 2 * sizeof(int32_t) + sizeof(int8_t),
+                 size = (size_t)tape->registers * sizeof(qni_interval) + (size_t)tape->count * each;
+    char *scratch = qni_alloc(solid->context, (int64_t)size, 1);
     *solid_out = NULL;
-    size_t each = sizeof(qni_interval) + sizeof(qni_tape_op) + sizeof(int32_t);
-    char *scratch = qni_alloc_zero(solid->context, tape->count, each);
     if (!scratch)
         return QN_ERROR_OUT_OF_MEMORY;
-    qni_interval *registers = (qni_interval *)scratch;
-    qni_tape_op *ops = (qni_tape_op *)(void *)(registers + tape->count);
-    int32_t *stand_in = (int32_t *)(void *)(ops + tape->count);
-    if (bypass(tape, box, registers, ops, stand_in) == 0) {
+    qni_interval *registers = (qni_interval *)(void *)scratch;
+    int32_t *place = (int32_t *)(void *)(registers + tape->registers);
+    int8_t *sides = (int8_t *)(place + 2 * tape->count);
+    memset(registers, 0, (size_t)tape->registers * sizeof *registers);
+    if (decide_all(tape, box, registers, sides) == 0) {
         *solid_out = qni_solid_retain(solid);
     } else {
-        int32_t result = stand_in[tape->count - 1]; /* what follows it is not needed */
-        qni_tape *smaller = qni_tape_create(solid->context, ops, result + 1, &solid->box);
+        qni_tape *smaller =
+            create(solid->context, tape->ops, tape->count, sides, place, &solid->box);
         *solid_out = smaller ? &smaller->base : NULL;
         if (smaller)
             smaller->base.owner = solid->owner;
     }
-    qni_free(solid->context, scratch, tape->count, each);
+    qni_free(solid->context, scratch, (int64_t)size, 1);
     return *solid_out ? QN_OK : QN_ERROR_OUT_OF_MEMORY;
 }
