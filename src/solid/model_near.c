@@ -165,12 +165,33 @@ static void put_panel(qni_near_list *near, int32_t at, const qni_panel *panel) {
 }
 
 typedef struct gather {
+    const qni_panel_tree *tree;
+    const qni_box *box;
     int32_t numbers[QNI_MOST_NEAR], count;
     bool caps;
 } gather;
 
+static const qni_panel *panel_of(const qni_panel_tree *surface, const qni_panel_tree *caps,
+                                 int32_t number) {
+    return number < 0 ? &caps->panels[~number] : &surface->panels[number];
+}
+
+/* A panel whose box meets a box, but itself does not, is worth finding where it is large. */
+static bool misses(const qni_panel *panel, const qni_box *box) {
+    double extent = 0, room = 0;
+    for (int k = 0; k < 3; ++k) {
+        room = fmax(room, box->high[k] - box->low[k]);
+        for (int i = 0; i < 3; ++i)
+            extent =
+                fmax(extent, fabs((double)panel->at[i][k] - (double)panel->at[(i + 1) % 3][k]));
+    }
+    return extent > room && !qni_panel_meets(panel, box);
+}
+
 static bool gather_one(void *user, int32_t panel) {
     gather *job = user;
+    if (misses(&job->tree->panels[panel], job->box))
+        return true;
     if (job->count == QNI_MOST_NEAR)
         return false;
     job->numbers[job->count++] = job->caps ? ~panel : panel;
@@ -181,11 +202,14 @@ bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
                          const qni_panel_tree *caps, const qni_box *box, qni_near_list *near,
                          bool *few) {
     gather job;
+    job.tree = surface;
+    job.box = box;
     job.count = 0;
     job.caps = false;
     memset(near, 0, sizeof *near);
     *few = qni_panel_tree_visit(surface, box, gather_one, &job);
     const int32_t of_surface = job.count;
+    job.tree = caps;
     job.caps = true;
     *few = *few && qni_panel_tree_visit(caps, box, gather_one, &job);
     if (!*few)
@@ -195,15 +219,19 @@ bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
     near->surface_count = of_surface;
     for (int32_t n = 0; n < job.count; ++n) {
         const int32_t number = near->numbers[n] = job.numbers[n];
-        put_panel(near, n, number < 0 ? &caps->panels[~number] : &surface->panels[number]);
+        put_panel(near, n, panel_of(surface, caps, number));
     }
     return true;
 }
 
-bool qni_near_from_larger(qn_context *context, const qni_near_list *larger, const qni_box *box,
-                          qni_near_list *near) {
-    int32_t chosen[QNI_MOST_NEAR];
-    const int32_t count = qni_near_meeting(larger, box, chosen);
+bool qni_near_from_larger(qn_context *context, const qni_panel_tree *surface,
+                          const qni_panel_tree *caps, const qni_near_list *larger,
+                          const qni_box *box, qni_near_list *near) {
+    int32_t chosen[QNI_MOST_NEAR], count = 0;
+    const int32_t candidates = qni_near_meeting(larger, box, chosen);
+    for (int32_t n = 0; n < candidates; ++n)
+        if (!misses(panel_of(surface, caps, larger->numbers[chosen[n]]), box))
+            chosen[count++] = chosen[n];
     if (!start(context, near, count))
         return false;
     for (int32_t n = 0; n < count; ++n) {

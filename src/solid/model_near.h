@@ -19,13 +19,14 @@ typedef struct qni_near_list {
     int32_t count, surface_count;
 } qni_near_list;
 
-/* All panels whose boxes meet a box, from the trees (`few`: no more than can be kept, else none
- * are) or from the list of a larger box. False: no memory. */
+/* All panels that meet a box, from the trees (`few`: no more than can be kept, else none are) or
+ * from the list of a larger box. False: no memory. */
 bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
                          const qni_panel_tree *caps, const qni_box *box, qni_near_list *near,
                          bool *few);
-bool qni_near_from_larger(qn_context *context, const qni_near_list *larger, const qni_box *box,
-                          qni_near_list *near);
+bool qni_near_from_larger(qn_context *context, const qni_panel_tree *surface,
+                          const qni_panel_tree *caps, const qni_near_list *larger,
+                          const qni_box *box, qni_near_list *near);
 void qni_near_free(qn_context *context, qni_near_list *near);
 
 /* The places in the list, ascending, of panels whose boxes meet a box; one that misses by rounding
