@@ -95,7 +95,8 @@ static bool take_segments(qni_stages *stages, qni_patch *patch, int64_t leaf, in
         first += faces->count[face];
     for (int n = 0; n < faces->count[owner_face]; ++n) {
         qni_segment *segment = &chunk->segments[first + n];
-        ++segment->used[out ? 0 : 1];
+        if (!patch || !patch->trial)
+            ++segment->used[out ? 0 : 1];
         if (patch && !qni_patch_add_piece(patch, segment, out, (uint32_t)chunk->feature_base))
             return false;
     }

@@ -185,6 +185,7 @@ typedef struct qni_patch {
     const qni_unions *unions; /* NULL: none */
     qni_cell cell;            /* the lowest one of a union */
     bool united, may_split;
+    bool trial; /* the segments that it takes are not counted */
     bool split; /* the first loop is cut in parts: all others */
     int64_t traced_loops;
     int32_t cuts_left;  /* to be tried */
