@@ -176,14 +176,7 @@ static void report_sources(const qni_stages *stages, qn_solid_surface_report *re
 static qn_status unite(qni_stages *stages, qni_veto_list *vetoes, bool may_divide) {
     if (!stages->unite)
         return QN_OK;
-    const int64_t listed = vetoes->count, added = vetoes->added;
-    QN_TRY(qni_stages_unite(stages, vetoes));
-    if (!may_divide) {
-        vetoes->count = listed;
-        vetoes->added = added;
-    } else if (vetoes->added) {
-        return QN_OK;
-    }
+    QN_TRY(qni_stages_unite(stages, may_divide ? vetoes : NULL));
     if (stages->unions.count == 0)
         return QN_OK;
     ++stages->pass;

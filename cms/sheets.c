@@ -190,8 +190,7 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
         return false;
     memcpy(point, next, sizeof next);
     if (patch->flat_only) /* the solid is asked last: it costs most */
-        return all_pass(sheets, count, point, 1e-5 * cell) &&
-               are_flat(patch, sheets, count, point);
+        return all_pass(sheets, count, point, 1e-5 * cell) && are_flat(patch, sheets, count, point);
     if (are_flat(patch, sheets, count, point))
         return all_pass(sheets, count, point, 1e-5 * cell);
     for (int32_t n = 0; n < count; ++n)

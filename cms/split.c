@@ -296,14 +296,32 @@ static bool split_loop(qni_patch *patch, int64_t whole, int depth) {
     return true;
 }
 
+/* Can all sheets be flat? Each triangle has a piece of the loop or of a cut for a side, so the
+ * plane of a crossing holds what comes before and after it. */
+static bool may_be_flat(const qni_patch *patch, const qni_loop *loop) {
+    const qni_loop_vertex *v = &patch->vertices[loop->first];
+    const double most = 1e-3 * patch->hermite->lattice.cell;
+    for (int32_t n = 0; n < loop->count; ++n)
+        for (int32_t m = 1; m < loop->count && v[n].crossing; m += loop->count - 2) {
+            const float *place = v[(n + m) % loop->count].place;
+            double height = 0;
+            for (int k = 0; k < 3; ++k)
+                height += v[n].normal[k] * ((double)place[k] - v[n].at[k]);
+            if (fabs(height) > most)
+                return false;
+        }
+    return true;
+}
+
 /* What is flat is found by values alone, and may be looked for long; what curves takes tangents. */
 bool qni_patch_split(qni_patch *patch) {
     const marks before = mark(patch);
     const double cell = patch->hermite->lattice.cell, within[2] = {2e-5 * cell, 0.05 * cell};
     static const int32_t most[2] = {MOST_FLAT_CUTS, MOST_CUTS};
-    const int passes = patch->united && patch->size_cells > 2 ? 1 : 2;
+    const int first = may_be_flat(patch, &patch->loops[0]) ? 0 : 1,
+              passes = patch->united && patch->size_cells > 2 ? 1 : 2;
     patch->split = false;
-    for (int n = 0; n < passes && !patch->split; ++n) {
+    for (int n = first; n < passes && !patch->split; ++n) {
         patch->flat_only = n == 0;
         patch->cut_within = within[n];
         patch->cuts_left = most[n];

@@ -196,7 +196,8 @@ void qni_close_free(qni_stages *stages);
  */
 
 /* Unite finest cells that did not come out well with cells beside them where that helps, and mark
- * the chunks that this changes; coarse leaves in the way are added to the vetoes. */
+ * the chunks that this changes; or, with vetoes, add coarse leaves in the way to them, if there are
+ * any, and unite nothing. */
 qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes);
 void qni_unions_free(qni_stages *stages);
 

@@ -7,28 +7,21 @@
  * boxes of 2, 4 or 8 finest cells are tried round a cell that came out badly, and the first is
  * taken that comes out better than its cells, has the same topology, and whose triangles explain
  * the crossings that it gives up (departure from [CMS05], which leaves such corners out). */
-#include "cms/stages.h"
+#include "cms/boxes.h"
 #include "core/context.h"
+#include "core/parallel.h"
 #include "core/status.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-enum { REACHED = -1, MOST_BOXES = 53, CELLS_AROUND = 27 };
-
-static int compare_places(const int32_t a[3], const int32_t b[3]) {
-    for (int k = 2; k >= 0; --k)
-        if (a[k] != b[k])
-            return a[k] < b[k] ? -1 : 1;
-    return 0;
-}
+enum { REACHED = -1, MOST_BOXES = 53, AHEAD = 64 };
 
 /* The first member that is not below a place. */
 static int64_t lower_bound(const qni_unions *unions, const int32_t low[3]) {
     int64_t from = 0, to = unions->member_count;
     while (from < to) {
         const int64_t middle = from + (to - from) / 2;
-        if (compare_places(unions->members[middle].low, low) < 0)
+        if (qni_compare_places(unions->members[middle].low, low) < 0)
             from = middle + 1;
         else
             to = middle;
@@ -38,14 +31,14 @@ static int64_t lower_bound(const qni_unions *unions, const int32_t low[3]) {
 
 static bool is_claimed(const qni_unions *unions, const int32_t low[3]) {
     const int64_t at = lower_bound(unions, low);
-    return at < unions->member_count && compare_places(unions->members[at].low, low) == 0;
+    return at < unions->member_count && qni_compare_places(unions->members[at].low, low) == 0;
 }
 
 int64_t qni_find_union(const qni_unions *unions, const int32_t low[3]) {
     if (unions->member_count == 0)
         return -1;
     const int64_t at = lower_bound(unions, low);
-    return at < unions->member_count && compare_places(unions->members[at].low, low) == 0
+    return at < unions->member_count && qni_compare_places(unions->members[at].low, low) == 0
                ? unions->members[at].number
                : -1;
 }
@@ -71,134 +64,6 @@ void qni_unions_free(qni_stages *stages) {
     qni_free(stages->context, unions->items, unions->capacity, sizeof *unions->items);
     qni_free(stages->context, unions->members, unions->member_capacity, sizeof *unions->members);
     memset(unions, 0, sizeof *unions);
-}
-
-/* ---- judging a box
- * ------------------------------------------------------------------------------- */
-
-typedef struct unite_job {
-    qni_stages *stages;
-    const qni_trouble **troubles; /* of all chunks, by cell */
-    int64_t count;
-} unite_job;
-
-static int compare_troubles(const void *a, const void *b) {
-    return compare_places((*(const qni_trouble *const *)a)->cell,
-                          (*(const qni_trouble *const *)b)->cell);
-}
-
-static const qni_trouble *find_trouble(const unite_job *job, const int32_t cell[3]) {
-    int64_t from = 0, to = job->count;
-    while (from < to) {
-        const int64_t middle = from + (to - from) / 2;
-        if (compare_places(job->troubles[middle]->cell, cell) < 0)
-            from = middle + 1;
-        else
-            to = middle;
-    }
-    return from < job->count && compare_places(job->troubles[from]->cell, cell) == 0
-               ? job->troubles[from]
-               : NULL;
-}
-
-typedef struct verdict {
-    int64_t pieces, loops, bad;
-    bool tube;
-} verdict;
-
-/* What the cells round one come to, each on its own: boxes that hold it share them. */
-typedef struct surroundings {
-    int32_t low[3]; /* of the lowest one */
-    bool known[CELLS_AROUND];
-    verdict verdicts[CELLS_AROUND];
-} surroundings;
-
-static qn_status judge_cell(const unite_job *job, surroundings *around, const qni_cell *cell,
-                            const verdict **verdict_out) {
-    const int place = 9 * (cell->low[2] - around->low[2]) + 3 * (cell->low[1] - around->low[1]) +
-                      cell->low[0] - around->low[0];
-    const verdict none = {0, 0, 0, false};
-    verdict *own = &around->verdicts[place];
-    *verdict_out = own;
-    if (around->known[place])
-        return QN_OK;
-    *own = none;
-    around->known[place] = true;
-    const int64_t leaf = qni_octree_find_leaf(job->stages->octree, cell);
-    const qni_trouble *trouble = find_trouble(job, cell->low);
-    qni_patch *patch = &job->stages->patches[0];
-    bool closed;
-    if (leaf < 0)
-        return QN_OK;
-    QN_TRY(qni_trace_patch(job->stages, patch, leaf, NULL, &closed));
-    own->pieces = patch->piece_count;
-    own->loops = patch->loop_count;
-    own->bad = trouble ? trouble->bad : 0;
-    own->tube = trouble && trouble->tube;
-    return QN_OK;
-}
-
-static qn_status judge_members(const unite_job *job, surroundings *around, const qni_cell_box *box,
-                               verdict *sum) {
-    const verdict none = {0, 0, 0, false};
-    qni_cell cell = {{0, 0, 0}, 0};
-    *sum = none;
-    for (int32_t n = 0; qni_box_member(box, n, &cell); ++n) {
-        const verdict *own;
-        QN_TRY(judge_cell(job, around, &cell, &own));
-        sum->pieces += own->pieces;
-        sum->loops += own->loops;
-        sum->bad += own->bad;
-        sum->tube = sum->tube || own->tube;
-    }
-    return QN_OK;
-}
-
-/* Crossings of edges strictly inside the box. */
-static int64_t inner_crossings(const qni_hermite *hermite, const qni_cell_box *box) {
-    int64_t count = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        int32_t from[3], to[3], point[3];
-        for (int k = 0; k < 3; ++k) {
-            from[k] = box->low[k] + (k != axis);
-            to[k] = box->low[k] + box->size[k];
-        }
-        for (point[2] = from[2]; point[2] < to[2]; ++point[2])
-            for (point[1] = from[1]; point[1] < to[1]; ++point[1])
-                for (point[0] = from[0]; point[0] < to[0]; ++point[0])
-                    count += qni_hermite_edge(hermite, point, axis).count;
-    }
-    return count;
-}
-
-/* How much better does the box come out than its cells, if by more than `least`? Its discs must be
- * as many as the cells' discs make when they are joined at the walls between: Euler's number stays.
- */
-static qn_status judge_box(const unite_job *job, surroundings *around, const qni_cell_box *box,
-                           int64_t least, int64_t *gain, bool *perfect) {
-    qni_patch *patch = &job->stages->patches[0];
-    qni_cms_tally tally = {0};
-    verdict apart;
-    bool closed;
-    *gain = 0;
-    *perfect = false;
-    QN_TRY(judge_members(job, around, box, &apart));
-    if (apart.tube || apart.bad <= least) /* not even without a flaw would it be the best */
-        return QN_OK;
-    QN_TRY(qni_trace_patch(job->stages, patch, -1, box, &closed));
-    const int64_t inner_segments = (apart.pieces - patch->piece_count) / 2,
-                  euler = apart.loops - inner_segments + inner_crossings(job->stages->hermite, box);
-    if (!closed || patch->traced_loops != euler || patch->dropped >= apart.bad)
-        return QN_OK;
-    patch->most_bad = apart.bad - 1;
-    QN_TRY(qni_fill_patch(patch, &tally));
-    const int64_t bad = qni_patch_flaws(patch);
-    if (bad < apart.bad && qni_box_is_explained(patch, box) &&
-        (patch->split || !qni_patch_loops_meet(patch))) {
-        *gain = apart.bad - bad;
-        *perfect = bad == 0;
-    }
-    return QN_OK;
 }
 
 /* ---- choosing a box
@@ -297,15 +162,15 @@ static qn_status unite(qni_stages *stages, const qni_cell_box *box) {
     return QN_OK;
 }
 
-/* A coarse leaf that holds the corner is divided first: the cell asks again in the next round. */
-static qn_status try_boxes(const unite_job *job, const qni_trouble *trouble,
-                           qni_veto_list *vetoes) {
-    qni_stages *stages = job->stages;
-    qni_cell_box boxes[MOST_BOXES], best = {{0, 0, 0}, {0, 0, 0}, false};
+/* The best of the boxes that hold a cell; `gain` is 0 when none is any good. */
+static qn_status choose(const qni_box_judge *judge, const qni_trouble *trouble, qni_cell_box *best,
+                        int64_t *most) {
+    qni_stages *stages = judge->stages;
+    qni_cell_box boxes[MOST_BOXES];
     const int count = list_boxes(stages, trouble, boxes);
-    surroundings around = {.known = {false}};
+    qni_surroundings around = {.known = {false}};
     bool perfect = false;
-    int64_t most = 0;
+    *most = 0;
     for (int k = 0; k < 3; ++k)
         around.low[k] = trouble->cell[k] - 1;
     for (int n = 0; n < count && !perfect; ++n) {
@@ -315,17 +180,17 @@ static qn_status try_boxes(const unite_job *job, const qni_trouble *trouble,
             continue;
         if (!is_free(stages, &boxes[n], &coarse)) {
             if (n == 0 && trouble->knows_corner && coarse.level)
-                return qni_stages_add_vetoes(stages, vetoes, &coarse, 1);
+                return QN_OK; /* the leaf with the corner should have been divided */
             continue;
         }
-        QN_TRY(judge_box(job, &around, &boxes[n], most, &gain, &perfect));
-        if (gain > most) {
-            most = gain;
-            best = boxes[n];
+        QN_TRY(qni_judge_box(judge, &around, &boxes[n], *most, &gain, &perfect));
+        if (gain > *most) {
+            *most = gain;
+            *best = boxes[n];
         }
-        perfect = perfect || (n == 0 && trouble->knows_corner && most > 0);
+        perfect = perfect || (n == 0 && trouble->knows_corner && *most > 0);
     }
-    return most > 0 ? unite(stages, &best) : QN_OK;
+    return QN_OK;
 }
 
 /* The empty cells that corners reach into stay theirs. */
@@ -340,34 +205,88 @@ static bool claim_reached(qni_stages *stages, const qni_trouble *trouble) {
     return true;
 }
 
-static qn_status try_all(const unite_job *job, qni_veto_list *vetoes) {
-    for (int64_t n = 0; n < job->count; ++n)
-        if (job->troubles[n]->reaches && !claim_reached(job->stages, job->troubles[n]))
-            return qni_fail_memory(job->stages->error, "a surface");
-    for (int64_t n = 0; n < job->count; ++n) {
-        const qni_trouble *trouble = job->troubles[n];
-        if (trouble->bad && !trouble->reaches && !is_claimed(&job->stages->unions, trouble->cell))
-            QN_TRY(try_boxes(job, trouble, vetoes));
+static bool is_to_be_tried(const qni_stages *stages, const qni_trouble *trouble) {
+    return trouble->bad && !trouble->reaches && !is_claimed(&stages->unions, trouble->cell);
+}
+
+/* Coarse leaves that hold a cell's corner are divided first: the cell asks again in the next round,
+ * and all that would be united now would have to be united anew. */
+static qn_status find_coarse(const qni_box_judge *judge, qni_veto_list *vetoes) {
+    qni_stages *stages = judge->stages;
+    for (int64_t n = 0; n < judge->count; ++n) {
+        qni_cell_box box;
+        qni_cell coarse;
+        const qni_trouble *trouble = judge->troubles[n];
+        if (is_to_be_tried(stages, trouble) && trouble->knows_corner &&
+            box_to_corner(stages, trouble, &box) && !lies_across_bounds(stages, &box) &&
+            !is_free(stages, &box, &coarse) && coarse.level)
+            QN_TRY(qni_stages_add_vetoes(stages, vetoes, &coarse, 1));
     }
     return QN_OK;
 }
 
+/* Several threads try the boxes of the next cells, as if none of these came to be united before
+ * another: most will not. */
+static qn_status look_ahead(qni_box_judge *judge, int64_t first, int64_t last) {
+    int32_t failed = 0;
+#pragma omp parallel for schedule(dynamic, 8) num_threads(judge->stages->threads)
+    for (int64_t n = first; n < last; ++n) {
+        qni_cell_box box;
+        int64_t gain;
+        if (is_to_be_tried(judge->stages, judge->troubles[n]) &&
+            choose(judge, judge->troubles[n], &box, &gain) != QN_OK)
+            __atomic_store_n(&failed, 1, __ATOMIC_RELAXED);
+    }
+    return failed ? QN_ERROR_OUT_OF_MEMORY : QN_OK;
+}
+
+static qn_status unite_some(qni_box_judge *judge, int64_t first, int64_t last) {
+    for (int64_t n = first; n < last; ++n) {
+        const qni_trouble *trouble = judge->troubles[n];
+        qni_cell_box best = {{0, 0, 0}, {0, 0, 0}, false};
+        int64_t gain = 0;
+        if (is_to_be_tried(judge->stages, trouble))
+            QN_TRY(choose(judge, trouble, &best, &gain));
+        if (gain > 0)
+            QN_TRY(unite(judge->stages, &best));
+    }
+    return QN_OK;
+}
+
+static qn_status try_all(qni_box_judge *judge) {
+    qni_stages *stages = judge->stages;
+    const int64_t step = (int64_t)AHEAD * stages->threads;
+    for (int64_t first = 0; first < judge->count; first += step) {
+        const int64_t last = judge->count - first < step ? judge->count : first + step;
+        if (qni_progress(stages->context, "cms", 0.85))
+            return qni_fail(stages->error, QN_ERROR_CANCELLED, "the surface was cancelled");
+        if (stages->threads > 1)
+            QN_TRY(look_ahead(judge, first, last));
+        if (!qni_box_judge_join(judge))
+            return qni_fail_memory(stages->error, "a surface");
+        QN_TRY(unite_some(judge, first, last));
+    }
+    return QN_OK;
+}
+
+static qn_status claim_all_reached(const qni_box_judge *judge) {
+    for (int64_t n = 0; n < judge->count; ++n)
+        if (judge->troubles[n]->reaches && !claim_reached(judge->stages, judge->troubles[n]))
+            return qni_fail_memory(judge->stages->error, "a surface");
+    return QN_OK;
+}
+
 qn_status qni_stages_unite(qni_stages *stages, qni_veto_list *vetoes) {
-    unite_job job = {stages, NULL, 0};
+    qni_box_judge judge;
     qni_stages_mark_none(stages);
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        job.count += stages->chunks[n].trouble_count;
-    const int64_t room = job.count;
-    job.troubles = qni_alloc(stages->context, room, sizeof *job.troubles);
-    if (!job.troubles)
-        return qni_fail_memory(stages->error, "a surface");
-    job.count = 0;
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t m = 0; m < stages->chunks[n].trouble_count; ++m)
-            job.troubles[job.count++] = &stages->chunks[n].troubles[m];
-    if (job.count)
-        qsort(job.troubles, (size_t)job.count, sizeof *job.troubles, compare_troubles);
-    const qn_status status = try_all(&job, vetoes);
-    qni_free(stages->context, (void *)job.troubles, room, sizeof *job.troubles);
+    qn_status status =
+        qni_box_judge_start(stages, &judge) ? QN_OK : qni_fail_memory(stages->error, "a surface");
+    if (status == QN_OK)
+        status = claim_all_reached(&judge);
+    if (status == QN_OK && vetoes)
+        status = find_coarse(&judge, vetoes);
+    if (status == QN_OK && !(vetoes && vetoes->added))
+        status = try_all(&judge);
+    qni_box_judge_end(&judge);
     return status;
 }

@@ -26,26 +26,44 @@ static size_t size_of_cell(int32_t near_count) {
     return sizeof(qni_cap_cell) + (size_t)near_count * sizeof(int32_t);
 }
 
-/* Lagrange's polynomials at t, and their derivatives. */
-static void weights_at(double t, double weights[POINTS], double slopes[POINTS]) {
+/* 1 over the product of what the others are away. */
+static const double scales[POINTS] = {0.988854381999832, -2.5888543819998322, 3.2000000000000002,
+                                      -2.5888543819998322, 0.988854381999832};
+
+/* Lagrange's polynomials at t, from the products of what lies before and behind. */
+static void weights_at(double t, double weights[POINTS]) {
+    double away[POINTS], behind = 1;
     for (int i = 0; i < POINTS; ++i) {
-        double product = 1, slope = 0;
+        away[i] = t - chebyshev[i];
+        weights[i] = behind * scales[i];
+        behind *= away[i];
+    }
+    double before = 1;
+    for (int i = POINTS - 1; i >= 0; --i) {
+        weights[i] *= before;
+        before *= away[i];
+    }
+}
+
+/* Their derivatives: one factor left out after the other. */
+static void slopes_at(double t, double slopes[POINTS]) {
+    for (int i = 0; i < POINTS; ++i) {
+        double product = scales[i], slope = 0;
         for (int j = 0; j < POINTS; ++j) {
             if (j == i)
                 continue;
-            double below = chebyshev[i] - chebyshev[j];
-            slope = (slope * (t - chebyshev[j]) + product) / below;
-            product *= (t - chebyshev[j]) / below;
+            slope = slope * (t - chebyshev[j]) + product;
+            product *= t - chebyshev[j];
         }
-        weights[i] = product;
         slopes[i] = slope;
     }
 }
 
-static double distant_angle(const qni_cap_cell *cell, const double p[3], double gradient[3]) {
-    double w[3][POINTS], s[3][POINTS], total = 0, slope[3] = {0, 0, 0};
+static void add_slope(const qni_cap_cell *cell, const double at[3], const double w[3][POINTS],
+                      double gradient[3]) {
+    double s[3][POINTS], slope[3] = {0, 0, 0};
     for (int k = 0; k < 3; ++k)
-        weights_at((p[k] - cell->middle[k]) / cell->half, w[k], s[k]);
+        slopes_at(at[k], s[k]);
     const double *value = cell->distant;
     for (int z = 0; z < POINTS; ++z)
         for (int y = 0; y < POINTS; ++y, value += POINTS) {
@@ -54,13 +72,30 @@ static double distant_angle(const qni_cap_cell *cell, const double p[3], double 
                 row += w[0][x] * value[x];
                 row_slope += s[0][x] * value[x];
             }
-            total += w[2][z] * w[1][y] * row;
             slope[0] += w[2][z] * w[1][y] * row_slope;
             slope[1] += w[2][z] * s[1][y] * row;
             slope[2] += s[2][z] * w[1][y] * row;
         }
-    for (int k = 0; gradient && k < 3; ++k)
+    for (int k = 0; k < 3; ++k)
         gradient[k] += slope[k] / cell->half;
+}
+
+static double distant_angle(const qni_cap_cell *cell, const double p[3], double gradient[3]) {
+    double at[3], w[3][POINTS], total = 0;
+    for (int k = 0; k < 3; ++k) {
+        at[k] = (p[k] - cell->middle[k]) / cell->half;
+        weights_at(at[k], w[k]);
+    }
+    const double *value = cell->distant;
+    for (int z = 0; z < POINTS; ++z)
+        for (int y = 0; y < POINTS; ++y, value += POINTS) {
+            double row = 0;
+            for (int x = 0; x < POINTS; ++x)
+                row += w[0][x] * value[x];
+            total += w[2][z] * w[1][y] * row;
+        }
+    if (gradient)
+        add_slope(cell, at, (const double(*)[POINTS])w, gradient);
     return total;
 }
 

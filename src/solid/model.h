@@ -102,10 +102,11 @@ static inline bool qni_whole_is_inside(const qni_model *model, int64_t winding) 
 /* ---- model_crossings.c */
 qn_status qni_meshed_crossings(const qn_solid *solid, const double a[3], const double b[3],
                                int32_t capacity, qni_crossing *crossings, int32_t *count_out);
-/* The same from the hits on a segment that no cap is near, sorted, and the winding number at a. */
+/* The same from the hits on a segment, sorted, the winding number at a, and the signs at both ends;
+ * `smooth`: caps can matter. */
 int32_t qni_meshed_sweep(const qni_meshed *solid, const double a[3], const double b[3],
-                         const qni_hits *hits, int64_t winding, int32_t capacity,
-                         qni_crossing *crossings);
+                         const qni_hits *hits, int64_t winding, const bool ends[2], bool smooth,
+                         int32_t capacity, qni_crossing *crossings);
 
 /* ---- model_scan.c */
 qn_status qni_meshed_scan(const qn_solid *solid, const double planes[3][9], int32_t most,

@@ -181,16 +181,17 @@ static bool sign_at(const qni_meshed *solid, const double p[3], int64_t winding,
 }
 
 int32_t qni_meshed_sweep(const qni_meshed *solid, const double a[3], const double b[3],
-                         const qni_hits *hits, int64_t winding, int32_t capacity,
-                         qni_crossing *crossings) {
+                         const qni_hits *hits, int64_t winding, const bool ends[2], bool smooth,
+                         int32_t capacity, qni_crossing *crossings) {
     sweep way = {.solid = solid,
                  .a = a,
                  .b = b,
-                 .inside = qni_whole_is_inside(solid->model, winding),
+                 .smooth = smooth,
+                 .inside = ends[0],
                  .winding = winding,
                  .crossings = crossings,
                  .capacity = capacity};
-    walk(&way, hits, sameness(solid, a, b), false);
+    walk(&way, hits, sameness(solid, a, b), ends[1]);
     return way.count;
 }
 
@@ -205,19 +206,13 @@ qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const do
         return QN_ERROR_OUT_OF_MEMORY;
     }
     if (hits.count || smooth) {
-        sweep way = {.solid = solid,
-                     .a = a,
-                     .b = b,
-                     .smooth = smooth,
-                     .crossings = crossings,
-                     .capacity = capacity};
-        way.winding = qni_meshed_winding(solid, a, NULL);
-        way.inside = sign_at(solid, a, way.winding, smooth);
-        int64_t end = way.winding;
+        const int64_t winding = qni_meshed_winding(solid, a, NULL);
+        int64_t end = winding;
         for (int64_t n = 0; n < hits.count; ++n)
             end += hits.items[n].change;
-        walk(&way, &hits, sameness(solid, a, b), sign_at(solid, b, end, smooth));
-        *count_out = way.count;
+        const bool ends[2] = {sign_at(solid, a, winding, smooth), sign_at(solid, b, end, smooth)};
+        *count_out =
+            qni_meshed_sweep(solid, a, b, &hits, winding, ends, smooth, capacity, crossings);
     }
     qni_hits_free(&hits);
     return qni_model_status(solid->model);

@@ -46,6 +46,27 @@ static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
     return bits;
 }
 
+static __m128 over_slab(const qni_near_slabs *slabs, int half, const float p[3]) {
+    __m128 sum = _mm_setzero_ps();
+    for (int k = 0; k < 3; ++k)
+        sum = _mm_add_ps(sum, _mm_mul_ps(_mm_loadu_ps(slabs->normal[k] + half), _mm_set1_ps(p[k])));
+    return _mm_sub_ps(sum, _mm_loadu_ps(slabs->height + half));
+}
+
+/* Which of the eight slabs have two points on one side. */
+static unsigned beside(const qni_near_slabs *slabs, const float a[3], const float b[3]) {
+    unsigned bits = 0;
+    for (int half = 0; half < QNI_EIGHT; half += 4) {
+        const __m128 at_a = over_slab(slabs, half, a), at_b = over_slab(slabs, half, b),
+                     slack = _mm_loadu_ps(slabs->slack + half);
+        const __m128 above = _mm_cmpgt_ps(_mm_min_ps(at_a, at_b), slack),
+                     below =
+                         _mm_cmplt_ps(_mm_max_ps(at_a, at_b), _mm_sub_ps(_mm_setzero_ps(), slack));
+        bits |= (unsigned)_mm_movemask_ps(_mm_or_ps(above, below)) << half;
+    }
+    return bits;
+}
+
 /* Squared distances from a point, less `slack` along each axis. */
 static void measure(const qni_near_eight *eight, const float p[3], float slack,
                     float squares[QNI_EIGHT]) {
@@ -76,6 +97,21 @@ static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
     return bits;
 }
 
+static unsigned beside(const qni_near_slabs *slabs, const float a[3], const float b[3]) {
+    unsigned bits = 0;
+    for (int n = 0; n < QNI_EIGHT; ++n) {
+        float at_a = -slabs->height[n], at_b = at_a;
+        for (int k = 0; k < 3; ++k) {
+            at_a += slabs->normal[k][n] * a[k];
+            at_b += slabs->normal[k][n] * b[k];
+        }
+        const bool above = at_a > slabs->slack[n] && at_b > slabs->slack[n],
+                   below = at_a < -slabs->slack[n] && at_b < -slabs->slack[n];
+        bits |= (unsigned)(above || below) << n;
+    }
+    return bits;
+}
+
 static void measure(const qni_near_eight *eight, const float p[3], float slack,
                     float squares[QNI_EIGHT]) {
     for (int n = 0; n < QNI_EIGHT; ++n) {
@@ -94,7 +130,9 @@ static int32_t eights_of(int32_t count) {
     return (count + QNI_EIGHT - 1) / QNI_EIGHT;
 }
 
-int32_t qni_near_meeting(const qni_near_list *near, const qni_box *box, int32_t *chosen) {
+/* `ends` of a segment from the list's middle; without, only boxes are compared. */
+static int32_t choose(const qni_near_list *near, const qni_box *box, const float (*ends)[3],
+                      int32_t *chosen) {
     const float_box around = rounded_outwards(box);
     const int32_t eights = eights_of(near->count);
     int32_t count = 0;
@@ -102,10 +140,28 @@ int32_t qni_near_meeting(const qni_near_list *near, const qni_box *box, int32_t 
         for (unsigned some = meeting(&near->eights[eights + group], &around); some;
              some &= some - 1) {
             const int32_t eight = QNI_EIGHT * group + __builtin_ctz(some);
-            for (unsigned bits = meeting(&near->eights[eight], &around); bits; bits &= bits - 1)
+            unsigned bits = meeting(&near->eights[eight], &around);
+            if (bits && ends)
+                bits &= ~beside(&near->slabs[eight], ends[0], ends[1]);
+            for (; bits; bits &= bits - 1)
                 chosen[count++] = QNI_EIGHT * eight + __builtin_ctz(bits);
         }
     return count;
+}
+
+int32_t qni_near_meeting(const qni_near_list *near, const qni_box *box, int32_t *chosen) {
+    return choose(near, box, NULL, chosen);
+}
+
+int32_t qni_near_crossing(const qni_near_list *near, const double a[3], const double b[3],
+                          int32_t *chosen) {
+    const qni_box box = qni_segment_box(a, b);
+    float ends[2][3];
+    for (int k = 0; k < 3; ++k) {
+        ends[0][k] = (float)(a[k] - near->middle[k]);
+        ends[1][k] = (float)(b[k] - near->middle[k]);
+    }
+    return choose(near, &box, (const float(*)[3])ends, chosen);
 }
 
 /* ---- making lists -------------------------------------------------------------------------------
@@ -114,6 +170,7 @@ int32_t qni_near_meeting(const qni_near_list *near, const qni_box *box, int32_t 
 static int64_t room_for(int32_t count) {
     const int32_t eights = eights_of(count);
     return (int64_t)(eights + eights_of(eights)) * (int64_t)sizeof(qni_near_eight) +
+           (int64_t)eights * (int64_t)sizeof(qni_near_slabs) +
            (int64_t)count * (int64_t)sizeof(int32_t);
 }
 
@@ -124,7 +181,8 @@ static bool start(qn_context *context, qni_near_list *near, int32_t count) {
         return false;
     const int32_t eights = eights_of(count), all = eights + eights_of(eights);
     near->count = count;
-    near->numbers = (int32_t *)(void *)(near->eights + all);
+    near->slabs = (qni_near_slabs *)(void *)(near->eights + all);
+    near->numbers = (int32_t *)(void *)(near->slabs + eights);
     for (int32_t n = 0; n < all; ++n)
         for (int k = 0; k < 3; ++k)
             for (int i = 0; i < QNI_EIGHT; ++i) {
@@ -164,13 +222,55 @@ static void put_panel(qni_near_list *near, int32_t at, const qni_panel *panel) {
     put(near, at, low, high);
 }
 
+/* The panel's corners lie in the slab by construction: so it holds of slivers too, whose normal may
+ * be any. */
+static void put_slab(qni_near_list *near, int32_t at, const qni_panel *panel) {
+    qni_near_slabs *slabs = &near->slabs[at / QNI_EIGHT];
+    const int place = at % QNI_EIGHT;
+    double normal[3], low = QNI_INFINITY, high = -QNI_INFINITY;
+    qni_panel_normal(panel, normal);
+    for (int k = 0; k < 3; ++k)
+        slabs->normal[k][place] = (float)normal[k];
+    for (int i = 0; i < 3; ++i) {
+        double height = 0;
+        for (int k = 0; k < 3; ++k)
+            height += (double)slabs->normal[k][place] * ((double)panel->at[i][k] - near->middle[k]);
+        low = fmin(low, height);
+        high = fmax(high, height);
+    }
+    const double height = 0.5 * (low + high);
+    slabs->height[place] = (float)height;
+    slabs->slack[place] = (float)(0.5 * (high - low) + 2e-6 * (near->reach + fabs(height)));
+}
+
 typedef struct gather {
+    const qni_panel_tree *tree;
+    const qni_box *box;
     int32_t numbers[QNI_MOST_NEAR], count;
     bool caps;
 } gather;
 
+static const qni_panel *panel_of(const qni_panel_tree *surface, const qni_panel_tree *caps,
+                                 int32_t number) {
+    return number < 0 ? &caps->panels[~number] : &surface->panels[number];
+}
+
+/* A panel whose box meets a box, but itself does not, is worth finding where it is large. */
+static bool misses(const qni_panel *panel, const qni_box *box) {
+    double extent = 0, room = 0;
+    for (int k = 0; k < 3; ++k) {
+        room = fmax(room, box->high[k] - box->low[k]);
+        for (int i = 0; i < 3; ++i)
+            extent =
+                fmax(extent, fabs((double)panel->at[i][k] - (double)panel->at[(i + 1) % 3][k]));
+    }
+    return extent > room && !qni_panel_meets(panel, box);
+}
+
 static bool gather_one(void *user, int32_t panel) {
     gather *job = user;
+    if (misses(&job->tree->panels[panel], job->box))
+        return true;
     if (job->count == QNI_MOST_NEAR)
         return false;
     job->numbers[job->count++] = job->caps ? ~panel : panel;
@@ -181,11 +281,14 @@ bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
                          const qni_panel_tree *caps, const qni_box *box, qni_near_list *near,
                          bool *few) {
     gather job;
+    job.tree = surface;
+    job.box = box;
     job.count = 0;
     job.caps = false;
     memset(near, 0, sizeof *near);
     *few = qni_panel_tree_visit(surface, box, gather_one, &job);
     const int32_t of_surface = job.count;
+    job.tree = caps;
     job.caps = true;
     *few = *few && qni_panel_tree_visit(caps, box, gather_one, &job);
     if (!*few)
@@ -193,22 +296,43 @@ bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
     if (!start(context, near, job.count))
         return false;
     near->surface_count = of_surface;
+    for (int k = 0; k < 3; ++k) {
+        near->middle[k] = 0.5 * (box->low[k] + box->high[k]);
+        near->reach += box->high[k] - near->middle[k];
+    }
     for (int32_t n = 0; n < job.count; ++n) {
         const int32_t number = near->numbers[n] = job.numbers[n];
-        put_panel(near, n, number < 0 ? &caps->panels[~number] : &surface->panels[number]);
+        put_panel(near, n, panel_of(surface, caps, number));
+        put_slab(near, n, panel_of(surface, caps, number));
     }
     return true;
 }
 
-bool qni_near_from_larger(qn_context *context, const qni_near_list *larger, const qni_box *box,
-                          qni_near_list *near) {
-    int32_t chosen[QNI_MOST_NEAR];
-    const int32_t count = qni_near_meeting(larger, box, chosen);
+static void copy_slab(const qni_near_list *from, int32_t place, qni_near_list *near, int32_t at) {
+    const qni_near_slabs *a = &from->slabs[place / QNI_EIGHT];
+    qni_near_slabs *b = &near->slabs[at / QNI_EIGHT];
+    for (int k = 0; k < 3; ++k)
+        b->normal[k][at % QNI_EIGHT] = a->normal[k][place % QNI_EIGHT];
+    b->height[at % QNI_EIGHT] = a->height[place % QNI_EIGHT];
+    b->slack[at % QNI_EIGHT] = a->slack[place % QNI_EIGHT];
+}
+
+bool qni_near_from_larger(qn_context *context, const qni_panel_tree *surface,
+                          const qni_panel_tree *caps, const qni_near_list *larger,
+                          const qni_box *box, qni_near_list *near) {
+    int32_t chosen[QNI_MOST_NEAR], count = 0;
+    const int32_t candidates = qni_near_meeting(larger, box, chosen);
+    for (int32_t n = 0; n < candidates; ++n)
+        if (!misses(panel_of(surface, caps, larger->numbers[chosen[n]]), box))
+            chosen[count++] = chosen[n];
     if (!start(context, near, count))
         return false;
+    memcpy(near->middle, larger->middle, sizeof near->middle);
+    near->reach = larger->reach;
     for (int32_t n = 0; n < count; ++n) {
         const qni_near_eight *eight = &larger->eights[chosen[n] / QNI_EIGHT];
         const int place = chosen[n] % QNI_EIGHT;
+        copy_slab(larger, chosen[n], near, n);
         float low[3], high[3];
         for (int k = 0; k < 3; ++k) {
             low[k] = eight->low[k][place];

@@ -172,6 +172,11 @@ static void walk_signs(scan_job *job, qni_block_scan *scan) {
     }
     for (int n = 0; n < QNI_SCAN_POINTS; ++n)
         scan->inside[n] = qni_whole_is_inside(job->solid->model, job->winding[n]);
+    for (int n = 0; n < QNI_SCAN_POINTS && job->solid->smooth; ++n) {
+        const double point[3] = {job->planes[0][n % 9], job->planes[1][n / 9 % 9],
+                                 job->planes[2][n / 81]};
+        scan->inside[n] = qni_model_excess(job->solid->model, job->winding[n], point, NULL) >= 0;
+    }
 }
 
 /* Hits by edge, in the order found. */
@@ -192,11 +197,28 @@ static bool sort_by_edge(scan_job *job, qni_block_scan *scan, scan_hit **sorted)
     return true;
 }
 
-/* The crossings of one edge with hits, behind those that are there. */
+/* The signs at the ends of an edge. */
+static void ends_of(const qni_block_scan *scan, int edge, bool ends[2]) {
+    static const int strides[3] = {1, 9, 81};
+    const int corner = 81 * (edge >> 6 & 7) + 9 * (edge >> 3 & 7) + (edge & 7);
+    ends[0] = scan->inside[corner];
+    ends[1] = scan->inside[corner + strides[edge >> 9]];
+}
+
+/* Where no panel is met there can be a crossing over a hole, between ends that differ. */
+static bool may_cross(const scan_job *job, const qni_block_scan *scan, int edge, int32_t hits) {
+    bool ends[2];
+    ends_of(scan, edge, ends);
+    return hits > 0 || (job->solid->smooth && ends[0] != ends[1]);
+}
+
+/* The crossings of one edge, behind those that are there. */
 static bool sweep_edge(const scan_job *job, int edge, const scan_hit *hits, int32_t count,
                        int32_t most, qni_block_scan *scan) {
     const int axis = edge >> 9, at[3] = {edge & 7, edge >> 3 & 7, edge >> 6 & 7};
     double a[3], b[3];
+    bool ends[2];
+    ends_of(scan, edge, ends);
     for (int k = 0; k < 3; ++k) {
         a[k] = job->planes[k][at[k]];
         b[k] = job->planes[k][at[k] + (k == axis)];
@@ -212,25 +234,35 @@ static bool sweep_edge(const scan_job *job, int edge, const scan_hit *hits, int3
         own.items[n] = hits[n].hit;
     qni_hits_sort(&own);
     const int32_t found =
-        qni_meshed_sweep(job->solid, a, b, &own, job->winding[81 * at[2] + 9 * at[1] + at[0]], most,
-                         scan->crossings + scan->count);
+        qni_meshed_sweep(job->solid, a, b, &own, job->winding[81 * at[2] + 9 * at[1] + at[0]], ends,
+                         job->solid->smooth, most, scan->crossings + scan->count);
     scan->count += found;
     scan->crossed[edge >> 6] |= (uint64_t)(found > 0) << (edge & 63);
     qni_hits_free(&own);
     return true;
 }
 
+/* One at each hit at most, and over holes one between two hits. */
+static int64_t most_crossings(const scan_job *job, const qni_block_scan *scan) {
+    int64_t most = job->count;
+    for (int edge = 0; edge < QNI_SCAN_EDGES && job->solid->smooth; ++edge) {
+        const int32_t hits = scan->starts[edge + 1] - scan->starts[edge];
+        most += may_cross(job, scan, edge, hits) ? hits + 1 : 0;
+    }
+    return most;
+}
+
 static qn_status find_crossings(scan_job *job, int32_t most, qni_block_scan *scan) {
     scan_hit *sorted;
     bool room = sort_by_edge(job, scan, &sorted);
-    scan->capacity = job->count;
+    scan->capacity = room ? most_crossings(job, scan) : 0;
     scan->crossings =
-        room ? qni_alloc(job->solid->base.context, job->count, sizeof *scan->crossings) : NULL;
+        room ? qni_alloc(job->solid->base.context, scan->capacity, sizeof *scan->crossings) : NULL;
     room = scan->crossings != NULL;
     for (int edge = 0, from = 0; room && edge < QNI_SCAN_EDGES; ++edge) {
         const int32_t to = scan->starts[edge + 1];
         scan->starts[edge] = (int32_t)scan->count;
-        if (to > from)
+        if (may_cross(job, scan, edge, to - from))
             room = sweep_edge(job, edge, sorted + from, to - from, most, scan);
         from = to;
     }
@@ -262,8 +294,7 @@ qn_status qni_meshed_scan(const qn_solid *base, const double planes[3][9], int32
     scan->crossings = NULL;
     scan->count = scan->capacity = 0;
     memset(scan->crossed, 0, sizeof scan->crossed);
-    *known_out = solid->listed && !solid->smooth && qni_meshed_holds(solid, low) &&
-                 qni_meshed_holds(solid, high);
+    *known_out = solid->listed && qni_meshed_holds(solid, low) && qni_meshed_holds(solid, high);
     if (!*known_out)
         return QN_OK;
     scan_job job;
@@ -277,5 +308,5 @@ qn_status qni_meshed_scan(const qn_solid *base, const double planes[3][9], int32
     }
     if (job.hits != job.first)
         qni_free(base->context, job.hits, job.capacity, sizeof *job.hits);
-    return status;
+    return status == QN_OK ? qni_model_status(solid->model) : status;
 }

@@ -276,7 +276,8 @@ static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *
     into->listed = true;
     if (from->listed && qni_meshed_holds(from, box->low) && qni_meshed_holds(from, box->high)) {
         into->larger = (qni_meshed *)qni_solid_retain(&from->base);
-        return qni_near_from_larger(context, &from->near, box, &into->near);
+        return qni_near_from_larger(context, &from->model->surface, &from->model->caps, &from->near,
+                                    box, &into->near);
     }
     return qni_near_from_trees(context, &from->model->surface, &from->model->caps, box, &into->near,
                                &into->listed);

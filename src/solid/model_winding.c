@@ -87,9 +87,8 @@ static int64_t near_change(const qni_meshed *solid, const double a[3], const dou
     int64_t sum = 0;
     if (axis == 3)
         return 0;
-    const qni_box box = qni_segment_box(a, b);
     int32_t chosen[QNI_MOST_NEAR];
-    const int32_t count = qni_near_meeting(&solid->near, &box, chosen);
+    const int32_t count = qni_near_crossing(&solid->near, a, b, chosen);
     for (int32_t n = 0; n < count; ++n)
         sum += across(qni_meshed_near_panel(solid, chosen[n]), a, b, axis);
     return sum;
@@ -181,9 +180,9 @@ void qni_hits_free(qni_hits *hits) {
         qni_free(hits->context, hits->items, hits->capacity, sizeof *hits->items);
 }
 
-static bool near_hits(const qni_meshed *solid, const hit_job *job, const qni_box *box) {
+static bool near_hits(const qni_meshed *solid, const hit_job *job) {
     int32_t chosen[QNI_MOST_NEAR];
-    const int32_t count = qni_near_meeting(&solid->near, box, chosen);
+    const int32_t count = qni_near_crossing(&solid->near, job->a, job->b, chosen);
     for (int32_t n = 0; n < count; ++n)
         if (!add_hit(job->hits, qni_meshed_near_panel(solid, chosen[n]), job->a, job->b, job->axis,
                      chosen[n] >= solid->near.surface_count))
@@ -211,7 +210,7 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
     bool good;
     const qni_meshed *lister = qni_meshed_lister(solid, a, b);
     if (lister) {
-        good = near_hits(lister, &job, &box);
+        good = near_hits(lister, &job);
     } else {
         good = qni_panel_tree_visit(job.tree, &box, hit_one, &job);
         job.tree = &solid->model->caps;

@@ -67,6 +67,8 @@ void qni_panel_normal(const qni_panel *panel, double normal[3]); /* unit; 0 0 0 
 double qni_panel_nearest(const qni_panel *panel, const double p[3], double nearest[3]);
 /* Where the line through a and b meets the panel's plane, within the panel's own extent; 0 to 1. */
 double qni_panel_place(const qni_panel *panel, const double a[3], const double b[3]);
+/* Can it meet the box? No only where it surely does not. */
+bool qni_panel_meets(const qni_panel *panel, const qni_box *box);
 /* The solid angle over 4 pi, positive on the inner side (`side` as above, so that it jumps where
  * crossings do), and its gradient, which is added to. */
 double qni_panel_angle(const qni_panel *panel, const double p[3], double gradient[3]);

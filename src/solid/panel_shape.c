@@ -98,6 +98,49 @@ double qni_panel_place(const qni_panel *panel, const double a[3], const double b
     return place < 0 ? 0 : place > 1 ? 1 : place;
 }
 
+/* Does the axis have the panel on one side and the box on the other? Corners are from the middle of
+ * the box; rounding, of these too, is less than `slack` for an axis of length 1. */
+static bool separates(const double axis[3], const double corners[3][3], const double half[3],
+                      double slack) {
+    double low = QNI_INFINITY, high = -QNI_INFINITY, reach = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double at = dot(axis, corners[i]);
+        low = at < low ? at : low;
+        high = at > high ? at : high;
+    }
+    for (int k = 0; k < 3; ++k)
+        reach += fabs(axis[k]) * (half[k] + slack);
+    return low > reach || high < -reach;
+}
+
+/* After Akenine-Moller, "Fast 3D triangle-box overlap testing", 2001. */
+bool qni_panel_meets(const qni_panel *panel, const qni_box *box) {
+    double corners[3][3], half[3], normal[3], edges[3][3], size = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double middle = 0.5 * (box->low[k] + box->high[k]);
+        half[k] = fmax(box->high[k] - middle, middle - box->low[k]);
+        size = fmax(size, fabs(middle) + half[k]);
+        for (int i = 0; i < 3; ++i) {
+            corners[i][k] = (double)panel->at[i][k] - middle;
+            size = fmax(size, fabs((double)panel->at[i][k]));
+        }
+    }
+    const double slack = 1e-12 * size;
+    for (int i = 0; i < 3; ++i)
+        from_to(corners[i], corners[(i + 1) % 3], edges[i]);
+    cross(edges[0], edges[1], normal);
+    if (separates(normal, (const double(*)[3])corners, half, slack))
+        return false;
+    for (int n = 0; n < 12; ++n) {
+        const double unit[3] = {n % 3 == 0, n % 3 == 1, n % 3 == 2};
+        double axis[3];
+        cross(unit, n < 9 ? edges[n / 3] : unit, axis);
+        if (separates(n < 9 ? axis : unit, (const double(*)[3])corners, half, slack))
+            return false;
+    }
+    return true;
+}
+
 /* The part of one edge in the gradient: that of a thread of current [Biot and Savart]. */
 static void add_edge(const double r[3], const double s[3], double gradient[3]) {
     double across[3], r_length = sqrt(dot(r, r)), s_length = sqrt(dot(s, s));

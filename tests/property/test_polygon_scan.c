@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* A block of a polygon model's lattice, scanned at once, says what each point and edge says when it
  * is asked alone, to the last bit: random overlapping boxes and balls, lattices through their
- * corners, lists short and long. */
+ * corners, lists short and long; some with holes. */
 #include "lib/polygon_models.h"
 #include "solid/model.h"
 
@@ -20,6 +20,8 @@ static qn_solid *random_model(qn_context *context, test_random *random) {
         else
             test_model_box(&model, low, high, test_random_bits(random) % 2 ? matrix : NULL);
     }
+    if (test_random_bits(random) % 2) /* holes */
+        model.triangle_count -= 1 + (int64_t)(test_random_bits(random) % 3);
     qn_mesh *mesh = test_model_mesh(context, &model);
     qn_solid_mesh_options options;
     qn_solid_mesh_options_init(&options);

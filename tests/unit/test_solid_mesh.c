@@ -204,6 +204,49 @@ static void holes_are_closed(void **state) {
 
 /* The sum of the angles of a closed model is its winding number; the gradient is that of
  * differences. */
+/* A part knows only the panels that meet its box: of large triangles few do, whose boxes all do. */
+static void parts_of_a_soup_answer_as_the_whole(void **state) {
+    (void)state;
+    qn_context *context = test_context(1);
+    test_model model = {0};
+    test_random random = {test_seed()};
+    for (uint32_t n = 0; n < 40; ++n) {
+        for (int i = 0; i < 3; ++i)
+            test_model_point(&model, test_random_unit(&random), test_random_unit(&random),
+                             test_random_unit(&random));
+        test_model_triangle(&model, 3 * n, 3 * n + 1, 3 * n + 2);
+    }
+    qn_solid *whole = solid_of(context, &model, QN_MESH_SIGN_AUTO, NULL);
+    for (int n = 0; n < 300; ++n) {
+        double points[8][3], values[2][8];
+        qni_box box;
+        qn_solid *part;
+        for (int k = 0; k < 3; ++k) {
+            box.low[k] = 1.2 * test_random_unit(&random) - 0.1;
+            box.high[k] = box.low[k] + 0.001 + 0.3 * test_random_unit(&random) * (n % 2);
+            for (int i = 0; i < 8; ++i)
+                points[i][k] = box.low[k] + test_random_unit(&random) * (box.high[k] - box.low[k]);
+        }
+        assert_int_equal(whole->ops->restrict_to(whole, &box, &part), QN_OK);
+        whole->ops->values(whole, 8, (const double(*)[3])points, values[0]);
+        part->ops->values(part, 8, (const double(*)[3])points, values[1]);
+        assert_memory_equal(values[0], values[1], sizeof values[0]);
+        for (int i = 1; i < 8; ++i) {
+            qni_crossing found[2][QNI_CROSSINGS] = {{{0}}};
+            int32_t counts[2];
+            whole->ops->crossings(whole, points[0], points[i], QNI_CROSSINGS, found[0], &counts[0]);
+            part->ops->crossings(part, points[0], points[i], QNI_CROSSINGS, found[1], &counts[1]);
+            assert_int_equal(counts[0], counts[1]);
+            for (int32_t c = 0; c < counts[0]; ++c)
+                assert_memory_equal(&found[0][c].at, &found[1][c].at, sizeof found[0][c].at);
+        }
+        qn_solid_destroy(part);
+    }
+    qn_solid_destroy(whole);
+    test_model_free(&model);
+    test_context_end(context);
+}
+
 static void solid_angles_are_right(void **state) {
     (void)state;
     test_random random = {test_seed()};
@@ -368,6 +411,7 @@ int main(void) {
         cmocka_unit_test(overlapping_parts_become_one),
         cmocka_unit_test(inside_out_is_turned),
         cmocka_unit_test(holes_are_closed),
+        cmocka_unit_test(parts_of_a_soup_answer_as_the_whole),
         cmocka_unit_test(solid_angles_are_right),
         cmocka_unit_test(owners_come_through),
         cmocka_unit_test(nothing_is_refused),
