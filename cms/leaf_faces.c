@@ -36,6 +36,8 @@ typedef struct faces_before {
 
 static bool add_segments(qni_stages *stages, qni_chunk *chunk, const qni_segment *segments,
                          int count) {
+    if (count == 0)
+        return true;
     if (!qni_stages_grow(stages, (void **)&chunk->segments, &chunk->segment_capacity,
                          chunk->segment_count + count, sizeof *chunk->segments))
         return false;
@@ -53,9 +55,8 @@ static bool add_solution(qni_stages *stages, qni_chunk *chunk, qni_face_solution
         solution->segments[n].touching = n == 0 && solution->unresolved;
         solution->segments[n].pass = stages->pass;
     }
-    memcpy(chunk->features + chunk->feature_count, solution->features,
-           sizeof *chunk->features * (size_t)solution->feature_count);
-    chunk->feature_count += solution->feature_count;
+    for (int n = 0; n < solution->feature_count; ++n)
+        chunk->features[chunk->feature_count++] = solution->features[n];
     return add_segments(stages, chunk, solution->segments, solution->count);
 }
 
@@ -106,7 +107,8 @@ static qn_status faces_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t lea
         } else if (own->owned) {
             QN_TRY(solve(stages, chunk, cell, face, own));
         }
-        segments += was.count;
+        if (before)
+            segments += was.count;
     }
     return QN_OK;
 }

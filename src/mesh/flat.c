@@ -47,7 +47,9 @@ static void release(qni_flat *flat) {
 static qn_status start(qni_flat *flat, const barred_regions *barred, qn_error *error) {
     if (!allocate(flat))
         return qni_fail_memory(error, "the flat parts");
-    memcpy(flat->corners, flat->mesh->triangles, 3 * (size_t)flat->triangles * sizeof(uint32_t));
+    if (flat->triangles)
+        memcpy(flat->corners, flat->mesh->triangles,
+               3 * (size_t)flat->triangles * sizeof(uint32_t));
     if (!qni_flat_link(flat))
         return qni_fail_memory(error, "the flat parts");
     qni_flat_mark_creases(flat);
