@@ -166,14 +166,20 @@ bool qni_cap_field_start(qn_context *context, const qni_panel_tree *caps, const 
         middle[k] = 0.5 * (box->low[k] + box->high[k]);
         half = fmax(half, 0.625 * (box->high[k] - box->low[k]));
     }
-    field->root = make_cell(field, middle, half, NULL);
-    return field->root != NULL;
+    bool room = true;
+    for (int n = 0; n < QNI_CAP_ROOTS && room; ++n, half *= 4) {
+        field->roots[n] = make_cell(field, middle, half, NULL);
+        room = field->roots[n] != NULL;
+    }
+    return room;
 }
 
 void qni_cap_field_free(qni_cap_field *field) {
-    if (field->root)
-        free_cell(field->context, field->root);
-    field->root = NULL;
+    for (int n = 0; n < QNI_CAP_ROOTS; ++n) {
+        if (field->roots[n])
+            free_cell(field->context, field->roots[n]);
+        field->roots[n] = NULL;
+    }
 }
 
 /* Whoever is first sets it; all would set the same. */
@@ -204,8 +210,11 @@ static bool holds(const qni_cap_cell *cell, const double p[3]) {
 }
 
 double qni_cap_field_angle(qni_cap_field *field, const double p[3], double gradient[3]) {
-    qni_cap_cell *cell = field->root;
-    if (!cell || !holds(cell, p))
+    qni_cap_cell *cell = NULL;
+    for (int n = 0; n < QNI_CAP_ROOTS && !cell; ++n)
+        if (field->roots[n] && holds(field->roots[n], p))
+            cell = field->roots[n];
+    if (!cell)
         return qni_panel_tree_angle(field->caps, p, gradient);
     while (cell && cell->near_count > FEW && cell->level < MOST_LEVELS)
         cell = child_of(field, cell,

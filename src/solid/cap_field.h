@@ -9,14 +9,16 @@
 
 typedef struct qni_cap_cell qni_cap_cell;
 
+enum { QNI_CAP_ROOTS = 2 };
+
 typedef struct qni_cap_field {
     qn_context *context;
     const qni_panel_tree *caps;
-    qni_cap_cell *root;
+    qni_cap_cell *roots[QNI_CAP_ROOTS]; /* about the box; about what is looked at round it */
     int32_t failed; /* memory ran out in some thread: what was answered since is worth nothing */
 } qni_cap_field;
 
-/* The root, about the box; true also without caps. False: no memory. Caps are borrowed. */
+/* The roots; true also without caps. False: no memory; end it all the same. Caps are borrowed. */
 bool qni_cap_field_start(qn_context *context, const qni_panel_tree *caps, const qni_box *box,
                          qni_cap_field *field);
 void qni_cap_field_free(qni_cap_field *field);
