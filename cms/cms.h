@@ -218,6 +218,14 @@ typedef struct qni_patch {
 
 enum { QNI_INNER = 1 << 24 };
 
+/* Is a point strictly within the cell? */
+static inline bool qni_patch_holds(const qni_patch *patch, const double point[3]) {
+    for (int k = 0; k < 3; ++k)
+        if (!(point[k] > (double)patch->low[k] && point[k] < (double)patch->high[k]))
+            return false;
+    return true;
+}
+
 void qni_patch_start(qni_patch *patch, qn_context *context, const qni_hermite *hermite,
                      const qni_cms_settings *settings);
 void qni_patch_free(qni_patch *patch);

@@ -7,6 +7,7 @@
  * so that a second sheet (one faces back), a wall or a tunnel is never overlooked where the finest
  * lattice sees it; apex and face features lie on the surface. */
 #include "cms/cms.h"
+#include "cms/vector.h"
 #include "core/cube_hd.h"
 #include "core/parallel.h"
 
@@ -99,22 +100,13 @@ static void difference(const float *a, const double b[3], double out[3]) {
         out[k] = (double)a[k] - b[k];
 }
 
-static double dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static double segment_distance2(const double a[3], const double b[3]) { /* from the origin */
     double way[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    const double length2 = dot3(way, way);
-    double t = length2 > 0 ? -dot3(a, way) / length2 : 0;
+    const double length2 = qni_dot3(way, way);
+    double t = length2 > 0 ? -qni_dot3(a, way) / length2 : 0;
     t = t < 0 ? 0 : t > 1 ? 1 : t;
     double p[3] = {a[0] + t * way[0], a[1] + t * way[1], a[2] + t * way[2]};
-    return dot3(p, p);
-}
-
-static void cross3(const double a[3], const double b[3], double out[3]) {
-    for (int k = 0; k < 3; ++k)
-        out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    return qni_dot3(p, p);
 }
 
 /* Squared distance of a point from a triangle of the patch, whose unit normal is given. */
@@ -128,11 +120,11 @@ static double triangle_distance2(const qni_patch *patch, const int32_t triangle[
         double side[3], turned[3];
         for (int m = 0; m < 3; ++m)
             side[m] = v[(k + 1) % 3][m] - v[k][m];
-        cross3(normal, side, turned);
-        over = over && dot3(turned, v[k]) <= 0;
+        qni_cross3(normal, side, turned);
+        over = over && qni_dot3(turned, v[k]) <= 0;
     }
     if (over) {
-        const double height = dot3(normal, v[0]);
+        const double height = qni_dot3(normal, v[0]);
         return height * height;
     }
     return fmin(segment_distance2(v[0], v[1]),
@@ -144,7 +136,7 @@ static bool sample_is_near(void *user, const qni_hermite_crossing *crossing) {
     double position[3];
     qni_crossing_position(crossing, position);
     for (int64_t t = 0; t < job->patch->triangle_count; ++t)
-        if (dot3(job->normals[t], crossing->normal) >= job->facing &&
+        if (qni_dot3(job->normals[t], crossing->normal) >= job->facing &&
             triangle_distance2(job->patch, job->patch->triangles[t], job->normals[t], position) <=
                 job->tolerance * job->tolerance)
             return true;
@@ -157,8 +149,8 @@ static void unit_normal(const qni_patch *patch, const int32_t triangle[3], doubl
     double a[3], b[3];
     difference(qni_patch_place(patch, triangle[1]), from, a);
     difference(qni_patch_place(patch, triangle[2]), from, b);
-    cross3(a, b, normal);
-    const double length = sqrt(dot3(normal, normal));
+    qni_cross3(a, b, normal);
+    const double length = sqrt(qni_dot3(normal, normal));
     for (int k = 0; k < 3; ++k)
         normal[k] = length > 0 ? normal[k] / length : 0;
 }
@@ -175,7 +167,7 @@ static bool is_on_surface(const qni_patch *patch, const float place[3], double t
     if (solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
         QN_OK)
         return false;
-    return fabs(value) <= tolerance * sqrt(dot3(gradient, gradient));
+    return fabs(value) <= tolerance * sqrt(qni_dot3(gradient, gradient));
 }
 
 static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {

@@ -7,6 +7,7 @@
  * set on the segment between the loop's two face features, which is inside by convexity; the
  * least-norm point is not (15 % of clean cells). */
 #include "cms/cms.h"
+#include "cms/vector.h"
 #include "core/status.h"
 
 #include <math.h>
@@ -15,10 +16,6 @@
 enum { MOST_CLUSTERS = 4, NEWTON_STEPS = 3 };
 /* In cells: floats cannot tell what is nearer. */
 static const double near_enough = 1e-9;
-
-static double dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* Farthest-point clustering: each next seed is the normal least like the seeds so far, while it
  * differs by more than the crease angle. At most 4: three make a corner, more tell no more. */
@@ -35,7 +32,7 @@ static int32_t count_clusters(const qni_patch *patch, const qni_loop *loop) {
             const double *normal = vertices[n].normal;
             double most = -2;
             for (int32_t c = 0; c < clusters; ++c)
-                most = fmax(most, dot3(normal, seeds[c]));
+                most = fmax(most, qni_dot3(normal, seeds[c]));
             if (most < least) {
                 least = most;
                 farthest = normal;
@@ -92,13 +89,6 @@ static bool solve_about(qni_patch *patch, const qni_loop *loop, int32_t rank,
     return true;
 }
 
-static bool is_inside(const qni_patch *patch, const double point[3]) {
-    for (int k = 0; k < 3; ++k)
-        if (!(point[k] > (double)patch->low[k] && point[k] < (double)patch->high[k]))
-            return false;
-    return true;
-}
-
 static void set_apex(const qni_patch *patch, qni_loop *loop, const double point[3]) {
     for (int k = 0; k < 3; ++k)
         loop->apex[k] = qni_between(point[k], patch->clear_low[k], patch->clear_high[k]);
@@ -118,7 +108,7 @@ static qn_status move_onto_surface(const qni_patch *patch, double point[3]) {
         double gradient[3];
         QN_TRY(
             solid->ops->gradients(solid, 1, (const double(*)[3])at, (double(*)[3])gradient, NULL));
-        const double square = dot3(gradient, gradient);
+        const double square = qni_dot3(gradient, gradient);
         if (!(square > 0) || !isfinite(square))
             return QN_OK;
         double length = 0;
@@ -126,7 +116,7 @@ static qn_status move_onto_surface(const qni_patch *patch, double point[3]) {
             at[k] -= value * gradient[k] / square;
             length = fmax(length, fabs(at[k] - point[k]));
         }
-        if (!(length < 0.5 * patch->size) || !is_inside(patch, at))
+        if (!(length < 0.5 * patch->size) || !qni_patch_holds(patch, at))
             return QN_OK;
     }
     if (fabs(value) < first)
@@ -188,7 +178,7 @@ static void place_on_crease(qni_patch *patch, qni_loop *loop) {
     }
     mean_of(patch, loop, true, middle);
     const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
-    if (found && is_inside(patch, point))
+    if (found && qni_patch_holds(patch, point))
         set_apex(patch, loop, point);
     else if (kink == QNI_KINK_BEYOND)
         set_escaped(patch, loop, middle, bend);
@@ -259,7 +249,7 @@ static void place_corner(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
     mean_of(patch, loop, true, mean);
     if (qni_patch_meet_sheets(patch, loop, mean, point)) {
-        if (is_inside(patch, point)) {
+        if (qni_patch_holds(patch, point)) {
             set_apex(patch, loop, point);
             return;
         }
@@ -275,7 +265,7 @@ static void place_featureless(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
     if (patch->settings->features && count_clusters(patch, loop) >= 3) {
         mean_of(patch, loop, false, mean);
-        if (solve_about(patch, loop, 3, mean, point) && is_inside(patch, point) &&
+        if (solve_about(patch, loop, 3, mean, point) && qni_patch_holds(patch, point) &&
             largest_height(patch, loop, point) < 1e-3 * patch->size &&
             qni_patch_on_surface(patch, point, 1e-3 * patch->size)) {
             loop->clusters = 3;

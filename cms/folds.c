@@ -6,6 +6,7 @@
  * then is off by twice that or more. So points of it are asked: each must be on the surface, and as
  * far beside it as the tolerance says each side must have the sheet of its own triangle. */
 #include "cms/cms.h"
+#include "cms/vector.h"
 
 #include <math.h>
 
@@ -18,10 +19,6 @@ typedef struct fold {
     double into[2][3];    /* unit length, across the edge into each of them */
     double length;
 } fold;
-
-static double dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static bool is_sharp(const qni_patch *patch, int32_t vertex) {
     if (vertex < 0)
@@ -50,7 +47,7 @@ static bool set_fold(const qni_patch *patch, const int32_t ends[2], const double
         out->normals[0][k] = a[k];
         out->normals[1][k] = b[k];
     }
-    out->length = sqrt(dot3(way, way));
+    out->length = sqrt(qni_dot3(way, way));
     for (int k = 0; k < 3; ++k) {
         const int l = (k + 1) % 3, m = (k + 2) % 3;
         out->into[0][k] = (a[l] * way[m] - a[m] * way[l]) / out->length;
@@ -69,7 +66,7 @@ static bool sides_hold(const qn_solid *solid, const fold *edge, const double poi
     if (solid->ops->gradients(solid, 2, (const double(*)[3])points, gradients, NULL) != QN_OK)
         return false;
     for (int n = 0; n < 2; ++n)
-        if (dot3(gradients[n], edge->normals[n]) < dot3(gradients[n], edge->normals[1 - n]))
+        if (qni_dot3(gradients[n], edge->normals[n]) < qni_dot3(gradients[n], edge->normals[1 - n]))
             return false;
     return true;
 }
@@ -102,7 +99,7 @@ bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
             const int32_t *a = patch->triangles[s], *b = patch->triangles[t];
             const int at = shared_edge(a, b);
             fold edge;
-            if (at < 0 || dot3(normals[s], normals[t]) >= most)
+            if (at < 0 || qni_dot3(normals[s], normals[t]) >= most)
                 continue;
             const int32_t ends[2] = {a[at], a[(at + 1) % 3]};
             if (is_sharp(patch, ends[0]) && is_sharp(patch, ends[1]) &&
@@ -136,11 +133,12 @@ static bool is_wall(const qni_patch *patch, const qni_loop_vertex *v, int32_t co
     double way[3];
     for (int k = 0; k < 3; ++k)
         way[k] = (double)v[to].place[k] - (double)v[from].place[k];
-    if (!before || !wall || !after || dot3(before->normal, after->normal) < cosine ||
-        dot3(before->normal, wall->normal) > cosine || dot3(after->normal, wall->normal) > cosine)
+    if (!before || !wall || !after || qni_dot3(before->normal, after->normal) < cosine ||
+        qni_dot3(before->normal, wall->normal) > cosine ||
+        qni_dot3(after->normal, wall->normal) > cosine)
         return false;
-    const double least = least_slope * sqrt(dot3(way, way)), down = dot3(before->normal, way),
-                 on = dot3(after->normal, way);
+    const double least = least_slope * sqrt(qni_dot3(way, way)),
+                 down = qni_dot3(before->normal, way), on = qni_dot3(after->normal, way);
     return fabs(down) > least && fabs(on) > least && down * on > 0;
 }
 

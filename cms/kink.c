@@ -2,27 +2,12 @@
 /* Creases of sheets that are made of facets: such a crease has kinks, and tangents that were taken
  * on one facet say nothing about the next. */
 #include "cms/cms.h"
+#include "cms/vector.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { MOST_FACETS = 16 };
-
-static double dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross3(const double a[3], const double b[3], double out[3]) {
-    for (int k = 0; k < 3; ++k)
-        out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
-static bool is_inside(const qni_patch *patch, const double point[3]) {
-    for (int k = 0; k < 3; ++k)
-        if (!(point[k] > (double)patch->low[k] && point[k] < (double)patch->high[k]))
-            return false;
-    return true;
-}
 
 /* Does a vertex know one of the facets that make the crease? Where it comes and goes those are the
  * ones beside its two features; where it ends any may be. */
@@ -39,7 +24,7 @@ static const qni_loop_vertex *choose(const qni_patch *patch, const qni_loop *loo
     const qni_loop_vertex *chosen = NULL;
     for (int32_t n = 0; n < loop->count; ++n) {
         const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
-        const double product = dot3(direction, vertex->normal),
+        const double product = qni_dot3(direction, vertex->normal),
                      size = least ? 1 - product : fabs(product);
         if (size > *best && speaks(patch, loop, n)) {
             *best = size;
@@ -54,8 +39,8 @@ static bool meet_three(const qni_loop_vertex *const planes[3], const double turn
                        double determinant, double point[3]) {
     double part[3][3], height[3];
     memcpy(part[2], turned, sizeof part[2]);
-    cross3(planes[1]->normal, planes[2]->normal, part[0]);
-    cross3(planes[2]->normal, planes[0]->normal, part[1]);
+    qni_cross3(planes[1]->normal, planes[2]->normal, part[0]);
+    qni_cross3(planes[2]->normal, planes[0]->normal, part[1]);
     for (int n = 0; n < 3; ++n) { /* from the first one's point, near which all lie */
         height[n] = 0;
         for (int k = 0; k < 3; ++k)
@@ -81,10 +66,10 @@ static bool meet_most(const qni_patch *patch, const qni_loop *loop, double point
     planes[1] = choose(patch, loop, planes[0]->normal, true, &best);
     if (!planes[1])
         return false;
-    cross3(planes[0]->normal, planes[1]->normal, turned);
+    qni_cross3(planes[0]->normal, planes[1]->normal, turned);
     best = least_volume;
     planes[2] = choose(patch, loop, turned, false, &best);
-    return planes[2] && meet_three(planes, turned, dot3(turned, planes[2]->normal), point);
+    return planes[2] && meet_three(planes, turned, qni_dot3(turned, planes[2]->normal), point);
 }
 
 /* Do the facets' planes all pass through a point? */
@@ -136,7 +121,7 @@ qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, doubl
         !all_pass(patch, loop, point, 1e-6 * patch->hermite->lattice.cell) ||
         !facets_meet(patch, loop, point))
         return QNI_NO_KINK;
-    return is_inside(patch, point) ? QNI_KINK_INSIDE : QNI_KINK_BEYOND;
+    return qni_patch_holds(patch, point) ? QNI_KINK_INSIDE : QNI_KINK_BEYOND;
 }
 
 /* A tangent of the surface. */
@@ -153,10 +138,10 @@ static bool find_between(const qn_solid *solid, const tangent *a, const tangent 
         chord[k] = b->at[k] - a->at[k];
         across[k] = a->normal[k] + b->normal[k];
     }
-    const double length2 = dot3(chord, chord), along = dot3(across, chord) / length2;
+    const double length2 = qni_dot3(chord, chord), along = qni_dot3(across, chord) / length2;
     for (int k = 0; k < 3; ++k)
         across[k] -= along * chord[k];
-    const double reach = 0.6 * sqrt(length2 / dot3(across, across));
+    const double reach = 0.6 * sqrt(length2 / qni_dot3(across, across));
     if (!(length2 > 0) || !isfinite(reach))
         return false;
     for (int k = 0; k < 3; ++k)
@@ -178,15 +163,15 @@ static bool find_between(const qn_solid *solid, const tangent *a, const tangent 
 /* Where two tangent planes meet, next to the middle between their points. */
 static bool meet_two(const tangent *a, const tangent *b, double point[3]) {
     double along[3], planes[3][3], height[3], part[3][3];
-    cross3(a->normal, b->normal, along);
-    const double determinant = dot3(along, along);
+    qni_cross3(a->normal, b->normal, along);
+    const double determinant = qni_dot3(along, along);
     if (!(determinant > 1e-6))
         return false;
     memcpy(planes[0], a->normal, sizeof planes[0]);
     memcpy(planes[1], b->normal, sizeof planes[1]);
     memcpy(planes[2], along, sizeof planes[2]);
     for (int n = 0; n < 3; ++n)
-        cross3(planes[(n + 1) % 3], planes[(n + 2) % 3], part[n]);
+        qni_cross3(planes[(n + 1) % 3], planes[(n + 2) % 3], part[n]);
     height[0] = height[1] = height[2] = 0;
     for (int k = 0; k < 3; ++k) { /* from a's point */
         height[1] += b->normal[k] * (b->at[k] - a->at[k]);
@@ -205,14 +190,14 @@ static bool halve(const qni_patch *patch, tangent a, tangent b, double point[3])
     for (int step = 0; step < HALVINGS; ++step) {
         const double from[2][3] = {{a.at[0], a.at[1], a.at[2]}, {b.at[0], b.at[1], b.at[2]}};
         tangent between = {{0, 0, 0}, {0, 0, 0}};
-        if (dot3(a.normal, b.normal) >= patch->settings->crease_cosine)
+        if (qni_dot3(a.normal, b.normal) >= patch->settings->crease_cosine)
             return false;
         if (meet_two(&a, &b, point) &&
             qni_flat_pieces_meet(patch->solid, point, 2, from, 1e-8 * cell))
             return true;
         if (!find_between(patch->solid, &a, &b, &between))
             return false;
-        if (dot3(between.normal, a.normal) > dot3(between.normal, b.normal))
+        if (qni_dot3(between.normal, a.normal) > qni_dot3(between.normal, b.normal))
             a = between;
         else
             b = between;
@@ -227,5 +212,5 @@ bool qni_patch_halve_to_crease(const qni_patch *patch, const double at[2][3],
         memcpy(ends[n].at, at[n], sizeof ends[n].at);
         memcpy(ends[n].normal, normal[n], sizeof ends[n].normal);
     }
-    return halve(patch, ends[0], ends[1], point) && is_inside(patch, point);
+    return halve(patch, ends[0], ends[1], point) && qni_patch_holds(patch, point);
 }

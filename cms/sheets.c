@@ -3,6 +3,7 @@
  * the loop's corner; where two of them meet the plane between its features, a point of its crease.
  * [CMS05 3.4] takes one solution of the planes that crossings have; curved sheets need several. */
 #include "cms/cms.h"
+#include "cms/vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,10 +15,6 @@ typedef struct sheet {
     double middle[3]; /* of all its vertices */
     bool fixed;       /* a plane to stay in */
 } sheet;
-
-static double dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static double height_over(const qni_loop_vertex *plane, const float place[3]) {
     double height = 0;
@@ -218,7 +215,7 @@ bool qni_patch_on_surface(const qni_patch *patch, const double point[3], double 
         solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
             QN_OK)
         return false;
-    return value == 0 || fabs(value) <= tolerance * sqrt(dot3(gradient, gradient));
+    return value == 0 || fabs(value) <= tolerance * sqrt(qni_dot3(gradient, gradient));
 }
 
 /* The plane through the middle between the loop's two features, across the way between them. */

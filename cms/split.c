@@ -242,13 +242,6 @@ static void middle_of_sharp(const qni_patch *patch, const qni_loop *loop, double
     }
 }
 
-static bool is_inside(const qni_patch *patch, const double point[3]) {
-    for (int k = 0; k < 3; ++k)
-        if (!(point[k] > (double)patch->low[k] && point[k] < (double)patch->high[k]))
-            return false;
-    return true;
-}
-
 /* What comes after a sharp feature speaks for the sheet between that one and the next: a crossing,
  * or at once the next one, if it knows the plane. */
 static bool leads_sheet(const qni_loop_vertex *v, int32_t count, int32_t n) {
@@ -269,7 +262,7 @@ static bool cut_crease(qni_patch *patch, int64_t whole, int depth) {
                 continue;
             if (!may_cut(patch, loop, a, b, false) || patch->cuts_left-- <= 0 ||
                 !qni_patch_meet_two(patch, &v[a], &v[b], middle, point) ||
-                !is_inside(patch, point) ||
+                !qni_patch_holds(patch, point) ||
                 !qni_patch_grow(patch, (void **)&patch->inner, &patch->inner_capacity,
                                 patch->inner_count + 1, sizeof *patch->inner))
                 continue;

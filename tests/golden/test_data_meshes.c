@@ -11,7 +11,7 @@
 /* Seconds for one file of the long run; what takes longer is a row that says so. */
 enum { TIME_LIMIT = 120 };
 
-/* Quick ones first; of the others the soup takes minutes, the rest seconds to half a minute. */
+/* Quick ones first; of the others the soup takes a minute, the rest seconds to half a minute. */
 static const char *const quick[] = {
     "cross.off",         "star.off",         "joint.off",        "itemb.off",  "part.off",
     "fandisk_quads.off", "netgen_part1.stl", "couplingdown.off", "boeing.off", "busted.STL",
