@@ -3,6 +3,7 @@
  * Only ambiguous cells look at sample values here; all else is bit work on the signs. */
 #include "dmc/dmc.h"
 #include "dmc/cell_hd.h"
+#include "dmc/doubled_hd.h"
 #include "dmc/extent.h"
 #include "dmc/repair.h"
 #include "dmc/rim.h"
@@ -30,7 +31,7 @@ typedef struct worker {
     qni_dmc_tally tally;
     uint8_t simple[256];  /* qni_case_is_simple(), looked up */
     uint8_t crossed[256]; /* edges of a case */
-    bool with_tunnels, with_rims, with_valences, failed;
+    bool with_tunnels, with_rims, with_valences, keep_doubled, failed;
 } worker;
 
 static bool reserve(qn_context *context, void **items, int64_t *capacity, int64_t wanted,
@@ -121,7 +122,8 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
 /* Of a cell that is not simple. */
 static void note_valences(worker *w, int entry, int polygons) {
     for (int n = 0; n < polygons; ++n)
-        w->valences[w->valence_count++] = (uint8_t)__builtin_popcount(qni_entry_edges(entry, n));
+        w->valences[w->valence_count++] =
+            (uint8_t)qni_valence_of_polygon(qni_entry_edges(entry, n), w->keep_doubled);
 }
 
 /* The multiple cells of one slice; returns the vertices they add beyond one each. */
@@ -318,6 +320,7 @@ static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
         workers[t].with_tunnels = dmc->with_tunnels;
         workers[t].with_rims = dmc->with_repair && dmc->field.border == 0;
         workers[t].with_valences = dmc->with_valences;
+        workers[t].keep_doubled = !dmc->with_repair;
         for (int c = 0; c < 256; ++c) {
             workers[t].simple[c] = (uint8_t)qni_case_is_simple(c);
             for (int edge = 0; edge < QNI_EDGES; ++edge) {

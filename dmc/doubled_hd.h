@@ -22,6 +22,29 @@ QN_HD_INLINE int qni_one_polygon_has_face(int entry, int face) {
     return same;
 }
 
+/* Only a polygon that crosses all four edges of a face can end a doubled edge. */
+QN_HD_INLINE int qni_polygon_fills_face(unsigned edges) {
+    int fills = 0;
+    QN_ROLLED
+    for (int face = 0; face < 6; ++face) {
+        unsigned round = 0;
+        for (int n = 0; n < 4; ++n)
+            round |= 1u << qni_face_edge(face, n);
+        fills |= (edges & round) == round;
+    }
+    return fills;
+}
+
+/* The valence that simplification takes a polygon's vertex to have (simplify_hd.h). Where doubled
+ * edges are kept their ends stay as they are: were the pairs of quads that lie along one on both of
+ * its sides merged, their vertices would be joined by two edges as well. */
+QN_HD_INLINE int qni_valence_of_polygon(unsigned edges, int keep_doubled) {
+    int valence = 0;
+    for (unsigned rest = edges; rest; rest &= rest - 1)
+        ++valence;
+    return keep_doubled && qni_polygon_fills_face(edges) ? 0 : valence;
+}
+
 /* An edge has a quad when there are four cells round it. `cells` of the lattice. */
 QN_HD_INLINE int qni_lattice_edge_is_inner(const int64_t cells[3], const int32_t point[3],
                                            int axis) {

@@ -374,7 +374,7 @@ static void mend_valences(const emission *job, worker *w, const qni_dmc_row *row
         .multis = row->multis + own->multi_base,
         .at_border = true,
     };
-    qni_note_valences(&link, job->dmc->field.cells, at,
+    qni_note_valences(&link, job->dmc->field.cells, at, !job->dmc->with_repair,
                       job->dmc->valences + row->vertex_base + own->vertex_base);
 }
 

@@ -4,6 +4,7 @@
  * edge of [MDMC21], still has its four halfedges paired rightly, as two separate edges. */
 #include "dmc/link.h"
 #include "dmc/cell_hd.h"
+#include "dmc/doubled_hd.h"
 #include "dmc/ring_hd.h"
 
 #include <string.h>
@@ -336,7 +337,7 @@ static unsigned edges_on_border(const int64_t cells[3], const int64_t cell[3]) {
 }
 
 void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const int64_t at[3],
-                       uint8_t *valences) {
+                       bool keep_doubled, uint8_t *valences) {
     const qni_multi_cell *multi = job->multis, *multi_end = multi + job->leaf->multi_count;
     for (int z = 0; z < QNI_LEAF; ++z)
         for (uint64_t rest = job->leaf->active[z]; rest; rest &= rest - 1) {
@@ -349,7 +350,8 @@ void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const i
                 const unsigned edges = is_multi
                                            ? qni_entry_edges(entry, n)
                                            : edges_of_case(qni_case_of_cell(job->signs, x, y, z));
-                *valences++ = (uint8_t)(edges & missing ? 0 : __builtin_popcount(edges));
+                *valences++ =
+                    (uint8_t)(edges & missing ? 0 : qni_valence_of_polygon(edges, keep_doubled));
             }
             multi += is_multi;
         }

@@ -70,8 +70,8 @@ void qni_link(const qni_link_leaf *job, const qni_quad_ids *ids, uint32_t *twins
               uint32_t *vertex_halfedges);
 /* The quads round each vertex, 0 where some are missing, of a leaf at the border of a lattice of
  * `cells`; the leaf's first cell is `at`. `valences` starts at its first vertex. Masks and tables
- * are not needed. */
+ * are not needed. Also 0 at the ends of doubled edges that are kept. */
 void qni_note_valences(const qni_link_leaf *job, const int64_t cells[3], const int64_t at[3],
-                       uint8_t *valences);
+                       bool keep_doubled, uint8_t *valences);
 
 #endif

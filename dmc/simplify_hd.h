@@ -34,7 +34,8 @@ enum qni_quad_kind {
 
 /* A vertex has one byte: its valence, and marks beside it. */
 enum {
-    QNI_VALENCE_FIXED = 0,    /* at the boundary, or where several fans meet: stays as it is */
+    QNI_VALENCE_FIXED = 0, /* stays as it is: at the boundary, where several fans meet, at the end
+                              of a doubled edge that is kept */
     QNI_VALENCE_LARGEST = 60, /* larger ones count as fixed */
     QNI_VALENCE_MASK = 63,
     QNI_VALENCE_MERGED = 64, /* vertices were merged into this one */

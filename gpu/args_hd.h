@@ -154,7 +154,7 @@ typedef struct qni_gpu_args {
     double lattice[3][4], world[3][4]; /* world to lattice and back */
     int32_t reproject, colour, rings, middles;
 
-    int32_t with_doubled, reverse, with_halfedges;
+    int32_t with_doubled, keep_doubled, reverse, with_halfedges;
 } qni_gpu_args;
 
 #endif

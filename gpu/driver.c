@@ -159,6 +159,7 @@ static qn_status check_totals(const qni_gpu_job *job, qn_error *error) {
 
 static qn_status start_counting(qni_gpu_job *job, qn_error *error) {
     job->args.with_doubled = 1; /* they are reported even where they are kept */
+    job->args.keep_doubled = !job->with_repair;
     job->args.with_halfedges = job->with_halfedges;
     return qni_gpu_reserve_count(job, error);
 }

@@ -4,6 +4,7 @@
 #ifndef QNI_GPU_LINK_HD_H
 #define QNI_GPU_LINK_HD_H
 
+#include "dmc/doubled_hd.h"
 #include "dmc/ring_hd.h"
 #include "gpu/emit_hd.h"
 
@@ -113,7 +114,7 @@ QN_HD_INLINE void qni_gpu_link_vertex(const qni_gpu_args *a, const qni_gpu_link_
     QN_ROLLED
     for (int edge = 0; edge < QNI_EDGES; ++edge)
         missing |= (edges >> edge & 1) && c->quad[edge] == QNI_GPU_NO_HALFEDGE;
-    a->valences[vertex] = (uint8_t)(missing ? 0 : qni_count_bits(edges));
+    a->valences[vertex] = (uint8_t)(missing ? 0 : qni_valence_of_polygon(edges, a->keep_doubled));
 }
 
 /* Where faces of a cell with one polygon are ambiguous, their choices decide the order of its

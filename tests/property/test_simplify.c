@@ -156,6 +156,32 @@ static void topology_and_surface_stay(void **state) {
     test_context_end(context);
 }
 
+/* Where a doubled edge was kept, pairs of quads on both sides of it could be merged: their vertices
+ * got two edges as well, and the quads between were there twice. */
+static void ends_of_doubled_edges_stay(void **state) {
+    (void)state;
+    static const int64_t found[2] = {1163, 1715};
+    qn_context *context = test_context(1);
+    for (int n = 0; n < 2; ++n) {
+        test_random random = {20240607 + (uint64_t)found[n]};
+        test_field field = field_of(&random, found[n]);
+        qn_surface_options options;
+        qn_surface_options_init(&options);
+        options.keep_doubled = true;
+        qn_mesh *mesh = surface(context, &field, &options, NULL);
+        const qn_mesh_report before = test_mesh_topology(context, mesh);
+        assert_true(before.nonmanifold_edges > 0);
+        qn_mesh_destroy(mesh);
+        options.simplify = true;
+        mesh = surface(context, &field, &options, NULL);
+        const qn_mesh_report after = test_mesh_topology(context, mesh);
+        expect_same_surface(field.name, &before, &after);
+        qn_mesh_destroy(mesh);
+        test_field_free(&field);
+    }
+    test_context_end(context);
+}
+
 static void nothing_is_left_and_halfedges_are_right(void **state) {
     (void)state;
     const uint64_t seed = test_seed();
@@ -474,6 +500,7 @@ static void wrong_options_are_named(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(topology_and_surface_stay),
+        cmocka_unit_test(ends_of_doubled_edges_stay),
         cmocka_unit_test(nothing_is_left_and_halfedges_are_right),
         cmocka_unit_test(bytes_are_equal_for_1_2_8_threads),
         cmocka_unit_test(halfedges_change_nothing),
