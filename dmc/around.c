@@ -9,6 +9,8 @@
 #include <assert.h>
 #include <string.h>
 
+enum { FEWEST_PAIRS = 1024 };
+
 /* ---- pairs ----------------------------------------------------------------------------------- */
 
 static uint32_t chain_of(const qni_pairs *pairs, uint32_t vertex) {
@@ -21,10 +23,9 @@ static void chain(qni_pairs *pairs, int64_t n) {
     *head = (uint32_t)(n + 1);
 }
 
-/* Twice the room, and as many chains as pairs. */
-static qn_status grow(qni_around *around, qn_error *error) {
+/* Room for so many pairs, a power of two, and as many chains. */
+static qn_status reserve(qni_around *around, int64_t capacity, qn_error *error) {
     qni_pairs *pairs = &around->pairs;
-    const int64_t capacity = pairs->capacity ? 2 * pairs->capacity : 1024;
     void *grown =
         qni_realloc(around->context, pairs->pair, pairs->capacity, capacity, sizeof *pairs->pair);
     if (!grown)
@@ -45,7 +46,7 @@ static qn_status grow(qni_around *around, qn_error *error) {
 qn_status qni_around_note(qni_around *around, uint32_t vertex, uint32_t quad, qn_error *error) {
     qni_pairs *pairs = &around->pairs;
     if (pairs->count == pairs->capacity)
-        QN_TRY(grow(around, error));
+        QN_TRY(reserve(around, pairs->capacity ? 2 * pairs->capacity : FEWEST_PAIRS, error));
     pairs->pair[pairs->count][0] = vertex;
     pairs->pair[pairs->count][1] = quad;
     chain(pairs, pairs->count++);
@@ -54,7 +55,12 @@ qn_status qni_around_note(qni_around *around, uint32_t vertex, uint32_t quad, qn
 
 qn_status qni_around_init(qni_around *around, qn_error *error) {
     const qni_leaf_index *index = around->index;
+    int64_t room = FEWEST_PAIRS;
     memset(&around->pairs, 0, sizeof around->pairs);
+    while (index && room < 4 * index->rewritten_count)
+        room *= 2;
+    if (room > FEWEST_PAIRS)
+        QN_TRY(reserve(around, room, error));
     for (int64_t n = 0; index && n < index->rewritten_count; ++n)
         for (int k = 0; k < 4; ++k)
             QN_TRY(qni_around_note(around,

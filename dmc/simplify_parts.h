@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 /* What the parts of simplification share: first merges (simplify_first.c), then the rounds on what
- * is left (simplify_rest.c). */
+ * is left (simplify_rest.c), for which suspects are looked at (simplify_look.c). */
 #ifndef QNI_DMC_SIMPLIFY_PARTS_H
 #define QNI_DMC_SIMPLIFY_PARTS_H
 
@@ -36,6 +36,36 @@ qn_status qni_simplify_first(qni_simplifier *job, qn_error *error);
 qn_status qni_simplify_round(qni_simplifier *job, bool rings, qn_error *error);
 /* [DMC21] section 4.1, steps 2 and 5, in place of the first merges. */
 qn_status qni_simplify_as_paper(qni_simplifier *job, qn_error *error);
+
+/* A quad that may go. */
+typedef struct qni_candidate {
+    uint64_t turn;
+    uint32_t quad;
+    uint32_t corner[4]; /* a, x, b, y of a merge; the outer corners of a ring */
+    uint32_t ring[4];
+    uint32_t beyond; /* on the other side of a ring, if guessed; or QNI_UNPAIRED */
+    bool guessed;
+    uint8_t valence[4]; /* of the outer corners, when it was looked at */
+    uint8_t first;      /* which of the quad's corners a is */
+} qni_candidate;
+
+typedef struct qni_candidates {
+    qni_candidate *items;
+    int64_t count, capacity;
+    bool failed;
+} qni_candidates;
+
+bool qni_candidates_add(qn_context *context, qni_candidates *list, const qni_candidate *item);
+void qni_candidates_free(qn_context *context, qni_candidates *list);
+
+/* What the valences say of a quad now; its corners as they are now. */
+int qni_kind_now(const qni_around *around, uint32_t quad, uint32_t corner[4]);
+/* Ask for what tells the quads round a vertex. */
+void qni_expect_vertex(const qni_around *around, uint32_t vertex);
+/* Of a stretch of suspects those that may go; those of the other pattern stay suspect, and are put
+ * to the stretch's start: so many. */
+int64_t qni_simplify_look(const qni_simplifier *job, uint32_t *suspects, int64_t count, bool rings,
+                          qni_candidates *found);
 
 /* Corners of a merged quad: a and b, of which a is kept, then X and Y. */
 typedef struct qni_merged {
