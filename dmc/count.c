@@ -119,35 +119,37 @@ static int resolve_cell(const qni_field *field, const int64_t at[3], int case_in
     return qni_entry_polygons(*entry);
 }
 
-/* Of a cell that is not simple. */
-static void note_valences(worker *w, int entry, int polygons) {
+/* Of a cell that is not simple; returns where the next ones go. */
+static uint8_t *note_valences(const worker *w, int entry, int polygons, uint8_t *valence) {
     for (int n = 0; n < polygons; ++n)
-        w->valences[w->valence_count++] =
-            (uint8_t)qni_valence_of_polygon(qni_entry_edges(entry, n), w->keep_doubled);
+        *valence++ = (uint8_t)qni_valence_of_polygon(qni_entry_edges(entry, n), w->keep_doubled);
+    return valence;
 }
 
 /* The multiple cells of one slice; returns the vertices they add beyond one each. */
 static int count_slice_extras(const qni_field *field, const uint16_t signs[9][9],
                               const int64_t leaf_at[3], int z, uint64_t active, int extra,
                               worker *w) {
+    uint8_t unused, *valence = w->with_valences ? w->valences + w->valence_count : &unused;
     for (uint64_t rest = active; rest; rest &= rest - 1) {
         int bit = __builtin_ctzll(rest), x = bit & 7, y = bit >> 3, entry;
         int case_index = qni_case_of_cell(signs, x, y, z);
-        if (w->simple[case_index]) {
-            if (w->with_valences)
-                w->valences[w->valence_count++] = w->crossed[case_index];
+        *valence = w->crossed[case_index];
+        valence += w->with_valences;
+        if (w->simple[case_index])
             continue;
-        }
         int64_t at[3] = {leaf_at[0] + x, leaf_at[1] + y, leaf_at[2] + z};
         int polygons = resolve_cell(field, at, case_index, w, &entry);
         if (w->with_valences)
-            note_valences(w, entry, polygons);
+            valence = note_valences(w, entry, polygons, valence - 1);
         if (polygons < 2)
             continue;
         qni_multi_cell multi = {(uint16_t)(bit + 64 * z), (uint16_t)extra, (uint16_t)entry};
         w->multis[w->multi_count++] = multi;
         extra += polygons - 1;
     }
+    if (w->with_valences)
+        w->valence_count = valence - w->valences;
     return extra;
 }
 

@@ -92,13 +92,12 @@ static bool project_along(const qni_field *field, const int64_t cell[3], const d
     return true;
 }
 
-/* From a point of the lattice and its cell. */
-static bool project_near(const qni_projector *projector, const int64_t cell[3], double at[3],
-                         const float normal[3], float position[3]) {
+/* From a point of the lattice and its cell, with the values at its corners. */
+static bool project_near(const qni_projector *projector, const int64_t cell[3], const double d[8],
+                         double at[3], const float normal[3], float position[3]) {
     const qni_field *field = projector->field;
-    double d[8], slope[3];
+    double slope[3];
     int order[3];
-    qni_field_load_cell(field, cell, d);
     slope_of_normal(projector, normal, slope);
     if (slope[0] == 0 && slope[1] == 0 && slope[2] == 0) {
         const double local[3] = {at[0] - (double)cell[0], at[1] - (double)cell[1],
@@ -131,14 +130,16 @@ void qni_project_start(const qni_projector *projector, const qni_landings *landi
 static void land_apart(const qni_projector *projector, const qni_approach *approach, int lane,
                        qni_landings *landings) {
     int64_t cell[3];
-    double at[3];
+    double at[3], d[8];
     float normal[3], position[3];
+    for (int c = 0; c < 8; ++c)
+        d[c] = approach->corner[c][lane];
     for (int a = 0; a < 3; ++a) {
         cell[a] = approach->cells.cell[a][lane];
         at[a] = approach->at[a][lane];
         normal[a] = landings->normal[a][lane];
     }
-    landings->landed[lane] = project_near(projector, cell, at, normal, position);
+    landings->landed[lane] = project_near(projector, cell, d, at, normal, position);
     for (int a = 0; a < 3 && landings->landed[lane]; ++a)
         landings->position[a][lane] = position[a];
 }

@@ -5,7 +5,6 @@
  * decides, and no neighbours need to be known. Once all are known, the new vertices are put in
  * place in the order of the mesh: X and Y have more than 3 quads and are never merged here, so each
  * sees its corners as they were emitted. [DMC21] section 4.1. */
-#include "dmc/marks.h"
 #include "dmc/project.h"
 #include "dmc/simplify_parts.h"
 #include "core/context.h"
@@ -14,11 +13,21 @@
 
 #include <string.h>
 
-enum { BLOCK = 1024, LISTS = 2 * QNI_COLOURS, AHEAD = 12 };
+enum { BLOCK = 1024, PAGE = 1024 }; /* quads; numbers, 4 KiB of them */
 
-/* What one thread finds in its part of the quads. */
+/* A quad that may go, with all that is needed of it: it is not looked at again. */
+typedef struct first_merge {
+    qni_merged corner;
+    uint32_t quad;
+    uint8_t side; /* which of the quad's starts at a */
+    uint8_t colour;
+    bool taken;
+} first_merge;
+
+/* What one thread finds in its part of the quads, in their order. */
 typedef struct part {
-    qni_numbers merges[LISTS]; /* 2 colour + 1 where corners 1 and 3 have valence 3 */
+    first_merge *merges;
+    int64_t merge_count, merge_capacity;
     qni_numbers suspects;
     qni_numbers dropped; /* vertices that came down to 3 */
     int64_t merged, unprojected;
@@ -90,16 +99,31 @@ int64_t qni_simplify_end_placing(const qni_simplifier *job, qni_placing *placing
 
 /* ---- finding --------------------------------------------------------------------------------- */
 
+/* The room for circles, of which there are none yet: for each vertex whether its valence is 3. */
+static uint8_t *threes_of(const qni_simplifier *job) {
+    return (uint8_t *)job->around.circle;
+}
+
+static void note_threes(const qni_simplifier *job) {
+    const int64_t count = job->mesh->vertex_count;
+    const int32_t threads = job->threads;
+    const uint8_t *restrict valence = job->around.valence;
+    uint8_t *restrict three = threes_of(job);
+    (void)threads;
+#pragma omp parallel for simd schedule(static) num_threads(threads)
+    for (int64_t v = 0; v < count; ++v)
+        three[v] = (valence[v] & QNI_VALENCE_MASK) == 3;
+}
+
 /* The quads of a block with two opposite corners of valence 3, which all that may go have; without
- * branches, so that the processor can run ahead. */
-static int64_t find_diagonals(const uint32_t *corner, const uint8_t *valence, int64_t count,
+ * branches, so that the processor can run ahead. It does not look beyond a page by itself. */
+static int64_t find_diagonals(const uint32_t *corner, const uint8_t *three, int64_t count,
                               uint32_t *found) {
     int64_t some = 0;
     for (int64_t n = 0; n < count; ++n, corner += 4) {
-        const unsigned even = (valence[corner[0]] ^ 3u) | (valence[corner[2]] ^ 3u);
-        const unsigned odd = (valence[corner[1]] ^ 3u) | (valence[corner[3]] ^ 3u);
+        __builtin_prefetch(corner + PAGE);
         found[some] = (uint32_t)n;
-        some += !(even & QNI_VALENCE_MASK) | !(odd & QNI_VALENCE_MASK);
+        some += (three[corner[0]] & three[corner[2]]) | (three[corner[1]] & three[corner[3]]);
     }
     return some;
 }
@@ -111,24 +135,49 @@ static int kind_of(const uint32_t *corner, const uint8_t *valence) {
     return qni_kind_of_valences(four & UINT32_C(0x3f3f3f3f)) | !qni_are_plain(four) << 2;
 }
 
+static bool reserve_merges(qn_context *context, part *own, int64_t more) {
+    const int64_t wanted = own->merge_count + more;
+    if (wanted <= own->merge_capacity)
+        return true;
+    const int64_t capacity = wanted < 2 * own->merge_capacity ? 2 * own->merge_capacity : wanted;
+    void *grown =
+        qni_realloc(context, own->merges, own->merge_capacity, capacity, sizeof *own->merges);
+    if (!grown)
+        return false;
+    own->merges = grown;
+    own->merge_capacity = capacity;
+    return true;
+}
+
+/* The quad's corners from `side` on: a comes first, and is the lower one. */
+static first_merge merge_of(const uint32_t *corner, uint32_t quad, int kind, uint8_t colour) {
+    size_t side = kind == QNI_QUAD_MERGES_13;
+    side ^= corner[side] > corner[side ^ 2] ? 2 : 0;
+    return (first_merge){
+        {corner[side], corner[side ^ 2], corner[(side + 1) & 3], corner[(side + 3) & 3]},
+        quad,
+        (uint8_t)side,
+        colour,
+        false};
+}
+
+/* Without branches here too: which is which is as hard to foresee. */
 static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
     uint32_t found[BLOCK + 1];
     const uint32_t *corners = job->mesh->quads + 4 * from;
     const uint8_t *valence = job->around.valence;
-    const int64_t some = find_diagonals(corners, valence, end - from, found);
-    if (!qni_numbers_reserve(job->context, &own->suspects, some))
+    const int64_t some = find_diagonals(corners, threes_of(job), end - from, found);
+    if (!qni_numbers_reserve(job->context, &own->suspects, some + 1) ||
+        !reserve_merges(job->context, own, some + 1))
         return false;
-    for (int list = 0; list < LISTS; ++list)
-        if (!qni_numbers_reserve(job->context, own->merges + list, some))
-            return false;
     for (int64_t n = 0; n < some; ++n) {
-        const int64_t quad = from + found[n];
-        const int kind = kind_of(corners + 4 * (size_t)found[n], valence);
-        qni_numbers *list = qni_is_merge(kind) ? own->merges + 2 * job->around.colour[quad] +
-                                                     (kind == QNI_QUAD_MERGES_13)
-                                               : &own->suspects;
-        list->items[list->count] = (uint32_t)quad;
-        list->count += (kind & 3) != QNI_QUAD_STAYS;
+        const uint32_t *corner = corners + 4 * (size_t)found[n];
+        const uint32_t quad = (uint32_t)(from + found[n]);
+        const int kind = kind_of(corner, valence), merges = qni_is_merge(kind);
+        own->merges[own->merge_count] = merge_of(corner, quad, kind, job->around.colour[quad]);
+        own->merge_count += merges;
+        own->suspects.items[own->suspects.count] = quad;
+        own->suspects.count += !merges & ((kind & 3) != QNI_QUAD_STAYS);
     }
     return true;
 }
@@ -147,19 +196,18 @@ static void find(const qni_simplifier *job, int32_t t, part *own) {
 
 /* ---- taking ---------------------------------------------------------------------------------- */
 
-/* Those go that have no corner of valence 3 in common with one that was taken. */
-static void take(const qni_simplifier *job, const qni_numbers *list, size_t odd, part *own) {
+/* Those of one colour go that have no corner of valence 3 in common with one that was taken. */
+static void take(const qni_simplifier *job, uint8_t colour, part *own) {
     uint8_t *valence = job->around.valence;
-    for (int64_t n = 0; n < list->count; ++n) {
-        const uint32_t *v = job->mesh->quads + 4 * (size_t)list->items[n];
-        const uint32_t one = v[odd], other = v[odd + 2];
-        if (n + AHEAD < list->count)
-            __builtin_prefetch(job->mesh->quads + 4 * (size_t)list->items[n + AHEAD]);
-        if (valence[one] != 3 || valence[other] != 3)
+    for (int64_t n = 0; n < own->merge_count; ++n) {
+        first_merge *merge = own->merges + n;
+        const uint32_t a = merge->corner.a, b = merge->corner.b;
+        if (merge->colour != colour || valence[a] != 3 || valence[b] != 3)
             continue;
-        valence[one < other ? one : other] = 4 | QNI_VALENCE_MERGED;
-        valence[one < other ? other : one] = QNI_VALENCE_GONE;
-        job->around.colour[list->items[n]] = QNI_QUAD_GONE;
+        valence[a] = 4 | QNI_VALENCE_MERGED;
+        valence[b] = QNI_VALENCE_GONE;
+        job->around.colour[merge->quad] = QNI_QUAD_GONE;
+        merge->taken = true;
         ++own->merged;
     }
 }
@@ -179,25 +227,9 @@ static void drop_valence(const qni_simplifier *job, uint32_t vertex, part *own) 
         own->failed = true;
 }
 
-static bool is_gone(const qni_simplifier *job, uint32_t vertex) {
-    return __atomic_load_n(job->around.valence + vertex, __ATOMIC_RELAXED) == QNI_VALENCE_GONE;
-}
-
-/* Some of the quads that were taken, from `*at` on. */
-static int list_taken(const qni_simplifier *job, int64_t *at, int64_t end, uint32_t *quads) {
-    int count = 0;
-    for (; count <= QNI_LANDINGS - 8 && *at < end; *at += 8)
-        for (uint64_t gone = qni_gone_among(job->around.colour, *at, end); gone; gone &= gone - 1) {
-            quads[count] = (uint32_t)*at + (uint32_t)qni_first_gone(gone);
-            __builtin_prefetch(job->mesh->quads + 4 * (size_t)quads[count]);
-            if (job->mesh->twins)
-                __builtin_prefetch(job->mesh->twins + 4 * (size_t)quads[count]);
-            ++count;
-        }
-    return count;
-}
-
-static void expect_corners(const qn_mesh *mesh, const uint32_t corner[4]) {
+/* Always inline: gcc drops calls of functions that do no more than ask for memory. */
+QN_HD_INLINE void expect_corners(const qn_mesh *mesh, const qni_merged *merged) {
+    const uint32_t corner[4] = {merged->a, merged->b, merged->x, merged->y};
     for (int k = 0; k < 4; ++k) {
         __builtin_prefetch(mesh->positions + 3 * (size_t)corner[k]);
         if (mesh->normals)
@@ -205,43 +237,62 @@ static void expect_corners(const qn_mesh *mesh, const uint32_t corner[4]) {
     }
 }
 
+QN_HD_INLINE void expect_halfedges(const qn_mesh *mesh, const first_merge *merge) {
+    __builtin_prefetch(mesh->twins + 4 * (size_t)merge->quad);
+    __builtin_prefetch(mesh->vertex_halfedges + merge->corner.x);
+    __builtin_prefetch(mesh->vertex_halfedges + merge->corner.y);
+}
+
+/* The next of those that were taken, from `*at` on; as many as are put in place together, fewer at
+ * the end. */
+static int list_taken(const qni_simplifier *job, const part *own, int64_t *at,
+                      const first_merge **list) {
+    int count = 0;
+    for (; count < QNI_LANDINGS && *at < own->merge_count; ++*at) {
+        const first_merge *merge = own->merges + *at;
+        if (!merge->taken)
+            continue;
+        list[count++] = merge;
+        if (job->mesh->twins)
+            expect_halfedges(job->mesh, merge);
+    }
+    return count;
+}
+
 /* All but the vertex' place. */
-static void merge(const qni_simplifier *job, uint32_t quad, qni_merged *merged, part *own) {
+static void merge(const qni_simplifier *job, const first_merge *merge, part *own) {
     const qn_mesh *mesh = job->mesh;
-    const uint32_t *v = mesh->quads + 4 * (size_t)quad;
-    size_t k = !is_gone(job, v[0]) && !is_gone(job, v[2]);
-    if (v[k] > v[k ^ 2])
-        k ^= 2;
-    const uint32_t a = v[k], b = v[k ^ 2], x = v[(k + 1) & 3], y = v[(k + 3) & 3];
-    job->around.circle[a] = b;
-    job->around.circle[b] = a;
-    drop_valence(job, x, own);
-    drop_valence(job, y, own);
+    const qni_merged *corner = &merge->corner;
+    job->around.circle[corner->a] = corner->b;
+    job->around.circle[corner->b] = corner->a;
+    drop_valence(job, corner->x, own);
+    drop_valence(job, corner->y, own);
     if (mesh->twins)
-        qni_close_merge(mesh->twins, mesh->vertex_halfedges, 4 * quad + (uint32_t)k, a, x, y);
-    *merged = (qni_merged){a, b, x, y};
-    expect_corners(mesh, v);
+        qni_close_merge(mesh->twins, mesh->vertex_halfedges, 4 * merge->quad + merge->side,
+                        corner->a, corner->x, corner->y);
+    expect_corners(mesh, corner);
 }
 
 /* Memory is far: while some vertices are put in place, what the next need is on its way. */
-static void carry_out(const qni_simplifier *job, int32_t t, part *own) {
+static void carry_out(const qni_simplifier *job, part *own) {
     enum { STEPS = 4 }; /* listed, corners asked for, samples asked for, put in place */
-    uint32_t quads[STEPS][QNI_LANDINGS];
+    const first_merge *list[STEPS][QNI_LANDINGS];
     qni_placing placing[STEPS];
-    const int64_t count = job->mesh->quad_count, end = count * (t + 1) / job->threads;
-    int64_t at = count * t / job->threads;
+    int64_t at = 0;
     for (int n = 0; n < STEPS; ++n)
         placing[n].count = 0;
     for (unsigned n = 0, rest = STEPS; rest > 0; ++n) {
-        const unsigned list = n % STEPS, corners = (n + 3) % STEPS, start = (n + 2) % STEPS;
-        placing[list].count = list_taken(job, &at, end, quads[list]);
-        for (int m = 0; m < placing[corners].count; ++m)
-            merge(job, quads[corners][m], placing[corners].merged + m, own);
-        if (placing[start].count > 0)
-            qni_simplify_start_placing(job, placing + start);
+        const unsigned first = n % STEPS, second = (n + 3) % STEPS, third = (n + 2) % STEPS;
+        placing[first].count = list_taken(job, own, &at, list[first]);
+        for (int m = 0; m < placing[second].count; ++m) {
+            merge(job, list[second][m], own);
+            placing[second].merged[m] = list[second][m]->corner;
+        }
+        if (placing[third].count > 0)
+            qni_simplify_start_placing(job, placing + third);
         if (placing[(n + 1) % STEPS].count > 0)
             own->unprojected += qni_simplify_end_placing(job, placing + (n + 1) % STEPS);
-        rest = placing[list].count > 0 ? STEPS : rest - 1;
+        rest = placing[first].count > 0 ? STEPS : rest - 1;
     }
 }
 
@@ -249,8 +300,7 @@ static void carry_out(const qni_simplifier *job, int32_t t, part *own) {
 
 static void free_parts(const qni_simplifier *job, part *parts) {
     for (int32_t t = 0; t < job->threads; ++t) {
-        for (int list = 0; list < LISTS; ++list)
-            qni_numbers_free(job->context, parts[t].merges + list);
+        qni_free(job->context, parts[t].merges, parts[t].merge_capacity, sizeof *parts[t].merges);
         qni_numbers_free(job->context, &parts[t].suspects);
         qni_numbers_free(job->context, &parts[t].dropped);
     }
@@ -287,6 +337,7 @@ qn_status qni_simplify_first(qni_simplifier *job, qn_error *error) {
     part *parts = qni_alloc_zero(job->context, threads, sizeof *parts);
     if (!parts)
         return qni_fail_memory(error, "the worker threads");
+    note_threes(job);
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
     for (int32_t t = 0; t < threads; ++t)
         find(job, t, parts + t);
@@ -294,13 +345,12 @@ qn_status qni_simplify_first(qni_simplifier *job, qn_error *error) {
     for (int colour = 0; colour < QNI_COLOURS && !failed; ++colour) {
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
         for (int32_t t = 0; t < threads; ++t)
-            for (size_t odd = 0; odd < 2; ++odd)
-                take(job, parts[t].merges + 2 * (size_t)colour + odd, odd, parts + t);
+            take(job, (uint8_t)colour, parts + t);
     }
 #pragma omp parallel for schedule(static, 1) num_threads(threads)
     for (int32_t t = 0; t < threads; ++t)
         if (!failed)
-            carry_out(job, t, parts + t);
+            carry_out(job, parts + t);
     qni_simplify_note_memory(job);
     const qn_status status = any_failed(job, parts)
                                  ? qni_fail_memory(error, "the list of quads to remove")
