@@ -7,13 +7,15 @@
 
 #include <string.h>
 
-enum { RUN_BITS = 8, RUN = 1 << RUN_BITS, GONE = 255 };
+/* What is read in order is asked for a page ahead: the processor does not look beyond one itself.
+ */
+enum { RUN_BITS = 8, RUN = 1 << RUN_BITS, GONE = 255, PAGE = 1024 };
 
-/* New numbers of quads, for halfedges: of n it is base[n / RUN] + within[n]. So that the tables
- * stay in the cache, the byte takes the mark's place; that of n + 1 is the same when n is gone. */
+/* For halfedges, how many quads go before quad n: base[n / RUN] + within[n]. So that the tables
+ * stay in the cache, the byte takes the mark's place; that of n + 1 is one more when n is gone. */
 typedef struct numbering {
     uint32_t *base;  /* [runs] */
-    uint8_t *within; /* [count + 1]: what stays before it in its run */
+    uint8_t *within; /* [count + 1]: what goes before it in its run */
     int64_t runs;
 } numbering;
 
@@ -64,15 +66,15 @@ static void find_parts(const packing *p) {
     }
 }
 
-static uint32_t new_quad(const numbering *n, uint32_t old) {
-    return n->base[old >> RUN_BITS] + n->within[old];
+static inline uint32_t gone_before(const numbering *n, uint32_t quad) {
+    return n->base[quad >> RUN_BITS] + n->within[quad];
 }
 
 static bool number_quads(qn_context *context, packing *p) {
     const int64_t count = p->mesh->quad_count;
     const int32_t threads = p->parts;
     numbering *n = &p->quads;
-    int64_t stay = 0;
+    uint32_t gone = 0;
     (void)threads;
     n->runs = count / RUN + 1;
     n->within = p->quad_marks;
@@ -85,28 +87,29 @@ static bool number_quads(qn_context *context, packing *p) {
         const int64_t end = (run + 1) * RUN < count + 1 ? (run + 1) * RUN : count + 1;
         uint32_t before = 0;
         for (int64_t at = run * RUN; at < end; ++at) {
-            const bool remains = n->within[at] != GONE;
+            const bool goes = n->within[at] == GONE;
             n->within[at] = (uint8_t)before;
-            before += remains;
+            before += goes;
         }
         n->base[run] = before;
     }
     for (int64_t run = 0; run < n->runs; ++run) {
         const uint32_t in_run = n->base[run];
-        n->base[run] = (uint32_t)stay;
-        stay += in_run;
+        n->base[run] = gone;
+        gone += in_run;
     }
     return true;
 }
 
 /* ---- moving ---------------------------------------------------------------------------------- */
 
-static uint32_t side_anew(const packing *p, uint32_t h) {
-    return h == QN_NO_HALFEDGE ? h : new_quad(&p->quads, h >> 2) << 2 | (h & 3);
+static inline uint32_t side_anew(const numbering *n, uint32_t h) {
+    return h == QN_NO_HALFEDGE ? h : h - 4 * gone_before(n, h >> 2);
 }
 
 /* The vertices of a run that stay together, from `from` to `to`, which is not beyond it. */
 static void move_points(float *points, int64_t from, int64_t end, int64_t to) {
+    __builtin_prefetch(points + 3 * from + PAGE);
     if (from != to)
         memmove(points + 3 * to, points + 3 * from, (size_t)(end - from) * 3 * sizeof *points);
 }
@@ -133,7 +136,7 @@ static void pack_vertices(const packing *p, int32_t part) {
         if (mesh->normals)
             move_points(mesh->normals, from, v, to);
         for (int64_t n = 0; mesh->twins && n < v - from; ++n)
-            mesh->vertex_halfedges[to + n] = side_anew(p, mesh->vertex_halfedges[from + n]);
+            mesh->vertex_halfedges[to + n] = side_anew(&p->quads, mesh->vertex_halfedges[from + n]);
         to += v - from;
         for (; v < end && p->vertex_marks[v] == GONE; ++v)
             if (p->parts == 1)
@@ -150,13 +153,14 @@ static void follow_all_kept(const packing *p, int32_t part) {
 
 static void pack_quads(const packing *p, int32_t part) {
     uint32_t *quads = p->mesh->quads;
+    const uint32_t *renumber = p->renumber;
     const uint8_t *marks = p->quad_marks;
     const int64_t end = p->part[part + 1][1][0];
     int64_t to = p->part[part][1][0];
     for (int64_t q = to; q < end; ++q) {
         const uint32_t *v = quads + 4 * q;
-        const uint32_t moved[4] = {p->renumber[v[0]], p->renumber[v[1]], p->renumber[v[2]],
-                                   p->renumber[v[3]]};
+        __builtin_prefetch(v + PAGE);
+        const uint32_t moved[4] = {renumber[v[0]], renumber[v[1]], renumber[v[2]], renumber[v[3]]};
         memcpy(quads + 4 * to, moved, sizeof moved);
         to += marks[q] != GONE;
     }
@@ -165,15 +169,25 @@ static void pack_quads(const packing *p, int32_t part) {
 /* The same with halfedges. */
 static void pack_linked_quads(const packing *p, int32_t part) {
     uint32_t *quads = p->mesh->quads, *twins = p->mesh->twins;
+    const uint32_t *renumber = p->renumber;
+    const numbering numbers = p->quads;
     const int64_t end = p->part[part + 1][1][0];
     int64_t to = p->part[part][1][0];
+    uint32_t before = gone_before(&numbers, (uint32_t)to);
     for (int64_t q = to; q < end; ++q) {
-        if (new_quad(&p->quads, (uint32_t)q) == new_quad(&p->quads, (uint32_t)q + 1))
+        const uint32_t *v = quads + 4 * q, *h = twins + 4 * q;
+        __builtin_prefetch(v + PAGE);
+        __builtin_prefetch(h + PAGE);
+        const uint32_t next = gone_before(&numbers, (uint32_t)q + 1);
+        const bool goes = next != before;
+        before = next;
+        if (goes)
             continue;
-        for (int64_t k = 0; k < 4; ++k) {
-            quads[4 * to + k] = p->renumber[quads[4 * q + k]];
-            twins[4 * to + k] = side_anew(p, twins[4 * q + k]);
-        }
+        const uint32_t corner[4] = {renumber[v[0]], renumber[v[1]], renumber[v[2]], renumber[v[3]]};
+        const uint32_t twin[4] = {side_anew(&numbers, h[0]), side_anew(&numbers, h[1]),
+                                  side_anew(&numbers, h[2]), side_anew(&numbers, h[3])};
+        memcpy(quads + 4 * to, corner, sizeof corner);
+        memcpy(twins + 4 * to, twin, sizeof twin);
         ++to;
     }
 }
