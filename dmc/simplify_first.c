@@ -161,23 +161,36 @@ static first_merge merge_of(const uint32_t *corner, uint32_t quad, int kind, uin
         false};
 }
 
-/* Without branches here too: which is which is as hard to foresee. */
+/* Leave those that may go by all of their corners, with their kinds; without branches here too. */
+static int64_t keep_kinds(const uint32_t *corners, const uint8_t *valence, int64_t count,
+                          uint32_t *found, uint8_t *kinds) {
+    int64_t some = 0;
+    for (int64_t n = 0; n < count; ++n) {
+        const uint32_t quad = found[n];
+        const int kind = kind_of(corners + 4 * (size_t)quad, valence);
+        found[some] = quad;
+        kinds[some] = (uint8_t)kind;
+        some += (kind & 3) != QNI_QUAD_STAYS;
+    }
+    return some;
+}
+
 static bool find_in_block(const qni_simplifier *job, int64_t from, int64_t end, part *own) {
     uint32_t found[BLOCK + 1];
+    uint8_t kinds[BLOCK + 1];
     const uint32_t *corners = job->mesh->quads + 4 * from;
-    const uint8_t *valence = job->around.valence;
-    const int64_t some = find_diagonals(corners, threes_of(job), end - from, found);
-    if (!qni_numbers_reserve(job->context, &own->suspects, some + 1) ||
-        !reserve_merges(job->context, own, some + 1))
+    int64_t some = find_diagonals(corners, threes_of(job), end - from, found);
+    some = keep_kinds(corners, job->around.valence, some, found, kinds);
+    if (!qni_numbers_reserve(job->context, &own->suspects, some) ||
+        !reserve_merges(job->context, own, some))
         return false;
     for (int64_t n = 0; n < some; ++n) {
-        const uint32_t *corner = corners + 4 * (size_t)found[n];
-        const uint32_t quad = (uint32_t)(from + found[n]);
-        const int kind = kind_of(corner, valence), merges = qni_is_merge(kind);
-        own->merges[own->merge_count] = merge_of(corner, quad, kind, job->around.colour[quad]);
-        own->merge_count += merges;
-        own->suspects.items[own->suspects.count] = quad;
-        own->suspects.count += !merges & ((kind & 3) != QNI_QUAD_STAYS);
+        const uint32_t quad = (uint32_t)from + found[n];
+        if (qni_is_merge(kinds[n]))
+            own->merges[own->merge_count++] =
+                merge_of(corners + 4 * (size_t)found[n], quad, kinds[n], job->around.colour[quad]);
+        else
+            own->suspects.items[own->suspects.count++] = quad;
     }
     return true;
 }
