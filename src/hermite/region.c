@@ -38,7 +38,10 @@ static qni_box box_of(const qni_region *region, const int32_t place[3], int32_t 
     return box;
 }
 
+/* What is restricted at once needs no larger cubes, and may be large itself: only the last is kept. */
 static qni_region_part *part_at(qni_region *region, const int32_t place[3], int32_t level) {
+    if (region->whole->direct)
+        return &region->parts[level][0];
     const uint32_t x = (uint32_t)place[0] % QNI_REGION_SIDE,
                    y = (uint32_t)place[1] % QNI_REGION_SIDE;
     return &region->parts[level][QNI_REGION_SIDE * y + x];

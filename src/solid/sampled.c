@@ -230,6 +230,7 @@ qn_status qni_sampled_create(qn_context *context, const qn_volume *volume,
         return qni_fail_memory(error, "a solid");
     s->whole = s;
     s->base.owner = settings->owner;
+    s->base.direct = true;
     qn_status status =
         qni_field_init(volume, settings->isovalue, settings->inside_below, false, &s->field, error);
     if (status == QN_OK) {
