@@ -5,6 +5,7 @@
 #include "output.h"
 #include "verdict.h"
 
+#include <math.h>
 #include <string.h>
 
 void solid_job_start(solid_job *job, cli_session *session, const char *verb) {
@@ -13,6 +14,15 @@ void solid_job_start(solid_job *job, cli_session *session, const char *verb) {
     job->verb = verb;
     job->surface_options = session->options->solid;
     job->surface_options.open = session->options->open;
+}
+
+double solid_job_longest_side(const solid_job *job) {
+    const qn_solid_surface_options *asked = &job->surface_options;
+    double low[3], high[3], longest = 0;
+    qn_solid_get_box(job->solid, low, high);
+    for (int k = 0; k < 3; ++k)
+        longest = fmax(longest, asked->has_box ? asked->high[k] - asked->low[k] : high[k] - low[k]);
+    return longest;
 }
 
 void solid_job_end(solid_job *job) {

@@ -35,6 +35,8 @@ typedef struct solid_plan {
 } solid_plan;
 
 void solid_job_start(solid_job *job, cli_session *session, const char *verb);
+/* The longest side of the solid's box, or of the one that is asked for. */
+double solid_job_longest_side(const solid_job *job);
 /* From job->solid to the file and the report. Returns an exit code after having said what is wrong.
  */
 int solid_job_run(solid_job *job);

@@ -25,14 +25,9 @@ static int64_t grown(double coarse, double fine, int levels, double most) {
 /* The depth that is asked for, or that of a size of cells. */
 static int wanted_depth(const solid_job *job) {
     const qn_solid_surface_options *options = &job->surface_options;
-    double low[3], high[3], longest = 0;
-    if (!(options->cell > 0))
-        return options->depth ? options->depth : DEFAULT_DEPTH;
-    qn_solid_get_box(job->solid, low, high);
-    for (int k = 0; k < 3; ++k)
-        longest =
-            fmax(longest, options->has_box ? options->high[k] - options->low[k] : high[k] - low[k]);
-    return qn_depth_of_cell(options->cell, longest);
+    return options->cell > 0 ? qn_depth_of_cell(options->cell, solid_job_longest_side(job))
+           : options->depth  ? options->depth
+                             : DEFAULT_DEPTH;
 }
 
 static int try_depth(solid_job *job, int depth, qn_solid_surface_report *report) {

@@ -4,8 +4,6 @@
 #include "solid_job.h"
 #include "verbs.h"
 
-#include <math.h>
-
 static int read_solid(solid_job *job) {
     const cli_options *options = job->session->options;
     const double started = cli_seconds();
@@ -27,13 +25,8 @@ static int read_solid(solid_job *job) {
 /* --voxel, or --dim along the longest side of the solid's box. */
 static void set_cell(solid_job *job) {
     const cli_options *options = job->session->options;
-    qn_solid_surface_options *surface = &job->surface_options;
-    double low[3], high[3], longest = 0;
-    qn_solid_get_box(job->solid, low, high);
-    for (int k = 0; k < 3; ++k)
-        longest =
-            fmax(longest, surface->has_box ? surface->high[k] - surface->low[k] : high[k] - low[k]);
-    surface->cell = options->cells ? longest / (double)options->cells : options->voxel;
+    job->surface_options.cell =
+        options->cells ? solid_job_longest_side(job) / (double)options->cells : options->voxel;
 }
 
 int verb_csg(cli_session *session) {

@@ -83,10 +83,9 @@ static int read_model(solid_job *job) {
 static int set_cell(solid_job *job) {
     const cli_options *options = job->session->options;
     qn_solid_surface_options *surface = &job->surface_options;
-    double low[3], high[3], longest = 0;
+    const double longest = solid_job_longest_side(job);
+    double low[3], high[3];
     qn_solid_get_box(job->solid, low, high);
-    for (int axis = 0; axis < 3; ++axis)
-        longest = fmax(longest, high[axis] - low[axis]);
     if (options->cells == 0 && !(options->voxel > 0) && !job->band.volume)
         return 0;
     const double cell = job->band.volume ? job->band.band.voxel

@@ -38,7 +38,8 @@ static qni_box box_of(const qni_region *region, const int32_t place[3], int32_t 
     return box;
 }
 
-/* What is restricted at once needs no larger cubes, and may be large itself: only the last is kept. */
+/* What is restricted at once needs no larger cubes, and may be large itself: only the last is kept.
+ */
 static qni_region_part *part_at(qni_region *region, const int32_t place[3], int32_t level) {
     if (region->whole->direct)
         return &region->parts[level][0];
