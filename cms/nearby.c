@@ -63,6 +63,10 @@ static int place_of(const qni_cell *cell) {
 static const qn_solid *cell_part(qni_nearby *nearby, const qni_cell *cell) {
     if (cell->level >= 3)
         return block_part(nearby);
+    if (cell->level < 2 && nearby->hermite->solid->listed) {
+        const qni_cell around = cell_around(cell, 2);
+        return cell_part(nearby, &around);
+    }
     qn_solid **kept = is_kept(cell) ? &nearby->parts[place_of(cell)] : &nearby->near;
     if (!*kept) {
         const qni_cell around = cell_around(cell, cell->level + 1);

@@ -339,6 +339,7 @@ static qn_solid *new_node(qni_model *model) {
     solid->model = model;
     solid->base.box = model->box;
     solid->base.ends_in_box = solid->base.direct = model->caps.count == 0;
+    solid->base.listed = true;
     return &solid->base;
 }
 

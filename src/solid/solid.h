@@ -84,6 +84,7 @@ struct qn_solid {
     int32_t owner;  /* of leaves: what gradients and crossings say */
     bool ends_in_box; /* nothing of it lies beyond the box, which else may be where to look only */
     bool direct;      /* it is restricted to a small box at once as well as step by step */
+    bool listed; /* restricted, it is a list: one for 4^3 cells costs less than one for each cell */
 };
 
 /* The crossings of any solid whose values and bounds are all that is known: the segment is cut into
