@@ -169,18 +169,34 @@ static bool note_trouble(qni_stages *stages, qni_chunk *chunk, const qni_patch *
 }
 
 /* Does a step seem to end in a finest cell, and do its creases not lie where the solid's are? */
-static bool note_doubt(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch) {
-    bool escaped = false, turns = false;
+static qni_doubt doubt_of(const qni_patch *patch) {
+    const double tolerance = patch->settings->tolerance;
+    qni_doubt doubt = QNI_NO_DOUBT;
+    bool escaped = false, ends = false;
     for (int64_t n = 0; n < patch->loop_count; ++n) {
-        escaped = escaped || patch->loops[n].escaped;
-        turns = turns || qni_step_turns_back(patch, &patch->loops[n]);
+        const qni_loop *loop = &patch->loops[n];
+        const qni_doubt turns = qni_step_turns_back(patch, loop);
+        doubt = turns > doubt ? turns : doubt;
+        escaped = escaped || loop->escaped;
+        ends = ends || (loop->escaped && (loop->sharp_count == 1 || loop->knows_corner));
     }
-    if (!turns || (!escaped && qni_creases_hold(patch)))
+    if (doubt == QNI_NO_DOUBT)
+        return ends ? QNI_FAINT_DOUBT : QNI_NO_DOUBT;
+    if (escaped || !qni_creases_hold(patch, tolerance))
+        return doubt;
+    return qni_creases_hold(patch, 0.2 * tolerance) ? QNI_NO_DOUBT : QNI_SLIGHT_DOUBT;
+}
+
+static bool note_doubt(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch) {
+    const qni_doubt doubt = doubt_of(patch);
+    if (doubt == QNI_NO_DOUBT)
         return true;
     if (!qni_stages_grow(stages, (void **)&chunk->doubts, &chunk->doubt_capacity,
                          chunk->doubt_count + 1, sizeof *chunk->doubts))
         return false;
-    memcpy(chunk->doubts[chunk->doubt_count++], patch->cell.low, sizeof *chunk->doubts);
+    qni_doubted *cell = &chunk->doubts[chunk->doubt_count++];
+    memcpy(cell->low, patch->cell.low, sizeof cell->low);
+    cell->doubt = doubt;
     return true;
 }
 

@@ -6,7 +6,10 @@
  * crossings of like normals lie on both sides of the step, and nothing tells of it. To look for low
  * steps between all such crossings takes ten times as long. But the cell before, where the step was
  * still high, has creases that come in and do not go on, and its triangles are not as the solid is
- * there: so its faces are looked at, and then the next cell has such creases. */
+ * there: so its faces are looked at, and then the next cell has such creases. Less clear are doubts
+ * where the step is low already, or the way across it oblique; and where a crease ends, or creases
+ * come out of a corner beyond a wall. The clearest are looked into first, all where they are few.
+ */
 #include "cms/stages.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -33,6 +36,17 @@ void qni_close_free(qni_stages *stages) {
     stages->close_count = stages->close_capacity = 0;
 }
 
+/* Those of one kind that are not known yet go to the end of the list; how many it has then. */
+static int64_t add_doubted(qni_stages *stages, qni_doubt doubt, int64_t count) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n)
+        for (int64_t m = 0; m < stages->chunks[n].doubt_count; ++m) {
+            const qni_doubted *cell = &stages->chunks[n].doubts[m];
+            if (cell->doubt == doubt && !qni_is_close(stages, cell->low))
+                memcpy(stages->close[count++], cell->low, sizeof *stages->close);
+        }
+    return count;
+}
+
 /* Steps that run out are few. Where there seem to be many the model's own facets are as small as
  * the cells, and half of the surface would be made again for them. */
 static bool are_few(const qni_stages *stages, int64_t count) {
@@ -42,28 +56,26 @@ static bool are_few(const qni_stages *stages, int64_t count) {
 
 qn_status qni_stages_look_closer(qni_stages *stages, int64_t *added) {
     const int64_t before = stages->close_count;
-    int64_t wanted = before, count = before;
+    int64_t wanted = before;
     *added = 0;
     for (int64_t n = 0; n < stages->chunk_count; ++n)
         wanted += stages->chunks[n].doubt_count;
     if (!qni_stages_grow(stages, (void **)&stages->close, &stages->close_capacity, wanted,
                          sizeof *stages->close))
         return qni_fail_memory(stages->error, "a surface");
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        for (int64_t m = 0; m < stages->chunks[n].doubt_count; ++m) {
-            const int32_t *low = stages->chunks[n].doubts[m];
-            if (!qni_is_close(stages, low))
-                memcpy(stages->close[count++], low, sizeof *stages->close);
-        }
-    *added = are_few(stages, count - before) ? count - before : 0;
-    stages->skipped_steps = count - before - *added;
+    int64_t all = before;
+    for (int doubt = QNI_CLEAR_DOUBT; doubt > QNI_NO_DOUBT; --doubt) {
+        all = add_doubted(stages, (qni_doubt)doubt, all);
+        *added = are_few(stages, all - before) ? all - before : *added;
+    }
+    stages->skipped_steps = all - before - *added;
     if (*added == 0)
         return QN_OK;
     qni_stages_mark_none(stages);
-    for (int64_t n = before; n < count; ++n)
+    for (int64_t n = before; n < before + *added; ++n)
         qni_stages_mark_cell(stages, stages->close[n]);
     qni_stages_mark_made(stages);
-    stages->close_count = count;
-    qsort(stages->close, (size_t)count, sizeof *stages->close, compare_places);
+    stages->close_count = before + *added;
+    qsort(stages->close, (size_t)stages->close_count, sizeof *stages->close, compare_places);
     return QN_OK;
 }

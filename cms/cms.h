@@ -253,10 +253,11 @@ bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const d
 bool qni_patch_cross_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
                             double point[3]);
 /* Where three facets or more meet, in the cell or just beyond a wall, so that straight creases lead
- * to the loop's sharp features; a point of the crease between two tangents, inside the cell
- * (kink.c). */
+ * to the loop's sharp features: facets that its crossings know, or those `beside` its features. And
+ * a point of the crease between two tangents, inside the cell (kink.c). */
 typedef enum qni_kink { QNI_NO_KINK, QNI_KINK_INSIDE, QNI_KINK_BEYOND } qni_kink;
-qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]);
+qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, bool beside,
+                             double point[3]);
 bool qni_patch_halve_to_crease(const qni_patch *patch, const double at[2][3],
                                const double normal[2][3], double point[3]);
 /* Where the sheets of two vertices meet, next to a point, in the plane across their crease. */
@@ -373,9 +374,17 @@ bool qni_cell_is_explained(void *user, const qni_cell *cell);
  * triangles lie where the solid's are (folds.c). */
 bool qni_cell_is_explained_by(const qni_patch *patch);
 /* Do two creases come into the cell side by side, as the walls of a step, and no way on? */
-bool qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
-bool qni_creases_hold(const qni_patch *patch);
-bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]);
+typedef enum qni_doubt {
+    QNI_NO_DOUBT,
+    QNI_FAINT_DOUBT,
+    QNI_SLIGHT_DOUBT,
+    QNI_CLEAR_DOUBT
+} qni_doubt;
+qni_doubt qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
+/* `least`: nearer to a crease than that, in world units, the solid is not asked; short creases
+ * are only looked at as far as that allows. */
+bool qni_creases_hold(const qni_patch *patch, double least);
+bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3], double least);
 bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);
 
 /* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping

@@ -199,9 +199,10 @@ bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box) {
     return measure_normals(patch, normals) && explains(patch, normals, box);
 }
 
-bool qni_creases_hold(const qni_patch *patch) {
+bool qni_creases_hold(const qni_patch *patch, double least) {
     double normals[MOST_TRIANGLES][3];
-    return measure_normals(patch, normals) && qni_folds_hold(patch, (const double(*)[3])normals);
+    return measure_normals(patch, normals) &&
+           qni_folds_hold(patch, (const double(*)[3])normals, least);
 }
 
 bool qni_cell_is_explained_by(const qni_patch *patch) {
@@ -211,7 +212,7 @@ bool qni_cell_is_explained_by(const qni_patch *patch) {
         {cell->low[0], cell->low[1], cell->low[2]}, {size, size, size}, false};
     double normals[MOST_TRIANGLES][3];
     return measure_normals(patch, normals) && explains(patch, normals, &box) &&
-           qni_folds_hold(patch, (const double(*)[3])normals);
+           qni_folds_hold(patch, (const double(*)[3])normals, patch->settings->tolerance);
 }
 
 /* The two sides of an edge of the solid, when that passes by just outside; a corner has three. */

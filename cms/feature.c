@@ -167,18 +167,55 @@ static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mea
     set_apex(patch, loop, mean);
 }
 
+static double distance(const double a[3], const double b[3]) {
+    const double off[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    return sqrt(qni_dot3(off, off));
+}
+
+static double distance_to_line(const double p[3], const float a[3], const double b[3]) {
+    double way[3], off[3];
+    for (int k = 0; k < 3; ++k) {
+        way[k] = b[k] - (double)a[k];
+        off[k] = p[k] - (double)a[k];
+    }
+    const double length2 = qni_dot3(way, way),
+                 along = length2 > 0 ? fmin(fmax(qni_dot3(way, off) / length2, 0), 1) : 0;
+    for (int k = 0; k < 3; ++k)
+        off[k] -= along * way[k];
+    return sqrt(qni_dot3(off, off));
+}
+
+/* How far the crease from one feature to the other by way of a point passes from its corner. */
+static double distance_to_crease(const qni_patch *patch, const qni_loop *loop,
+                                 const double point[3], const double corner[3]) {
+    double least = HUGE_VAL;
+    for (int32_t n = 0; n < loop->count; ++n) {
+        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+        if (vertex->sharp)
+            least = fmin(least, distance_to_line(corner, vertex->place, point));
+    }
+    return least;
+}
+
 /* Two features: from the middle between them to the crease itself; or to the corner of facets where
- * it bends. */
+ * it bends. Facets that no crossing knows are asked for where it seems to bend. A corner beyond a
+ * wall counts when the crease would miss it. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
-    double middle[3], point[3], bend[3];
-    const qni_kink kink = qni_patch_find_kink(patch, loop, bend);
+    const double tolerance = patch->settings->tolerance;
+    double middle[3], point[3], bend[3], hidden[3];
+    const qni_kink kink = qni_patch_find_kink(patch, loop, false, bend);
     if (kink == QNI_KINK_INSIDE) {
         set_apex(patch, loop, bend);
         return;
     }
     mean_of(patch, loop, true, middle);
-    const bool found = qni_patch_meet_sheets(patch, loop, middle, point);
-    if (found && qni_patch_holds(patch, point))
+    const bool found = qni_patch_meet_sheets(patch, loop, middle, point),
+               inside = found && qni_patch_holds(patch, point);
+    if (inside && kink == QNI_NO_KINK && distance(point, middle) > 0.2 * tolerance &&
+        qni_patch_find_kink(patch, loop, true, hidden) == QNI_KINK_INSIDE)
+        set_apex(patch, loop, hidden);
+    else if (inside &&
+             (kink == QNI_NO_KINK || distance_to_crease(patch, loop, point, bend) <= 2 * tolerance))
         set_apex(patch, loop, point);
     else if (kink == QNI_KINK_BEYOND)
         set_escaped(patch, loop, middle, bend);
@@ -237,7 +274,7 @@ static bool reach_beyond(const qni_patch *patch, qni_loop *loop, const double po
 static void place_end(qni_patch *patch, qni_loop *loop) {
     double mean[3], point[3];
     mean_of(patch, loop, true, mean);
-    const qni_kink kink = qni_patch_find_kink(patch, loop, point);
+    const qni_kink kink = qni_patch_find_kink(patch, loop, false, point);
     if (kink == QNI_KINK_INSIDE)
         set_apex(patch, loop, point);
     else

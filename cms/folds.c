@@ -56,6 +56,16 @@ static bool set_fold(const qni_patch *patch, const int32_t ends[2], const double
     return out->length > 0;
 }
 
+/* Do the triangles turn by two thirds of what the sheets do (by their chords)? Else the crease
+ * would fade. */
+static bool turns_enough(const fold *edge, const double gradients[2][3]) {
+    const double lengths =
+        sqrt(qni_dot3(gradients[0], gradients[0]) * qni_dot3(gradients[1], gradients[1]));
+    const double turn = 1 - qni_dot3(edge->normals[0], edge->normals[1]),
+                 wanted = 1 - qni_dot3(gradients[0], gradients[1]) / (lengths > 0 ? lengths : 1);
+    return 9 * turn >= 4 * wanted;
+}
+
 /* Has each side of the point its own triangle's sheet? */
 static bool sides_hold(const qn_solid *solid, const fold *edge, const double point[3],
                        double beside) {
@@ -68,12 +78,12 @@ static bool sides_hold(const qn_solid *solid, const fold *edge, const double poi
     for (int n = 0; n < 2; ++n)
         if (qni_dot3(gradients[n], edge->normals[n]) < qni_dot3(gradients[n], edge->normals[1 - n]))
             return false;
-    return true;
+    return turns_enough(edge, gradients);
 }
 
 /* Points nearer to an end than the creases that meet there can be told apart say nothing. */
-static bool fold_holds(const qni_patch *patch, const fold *edge) {
-    const double beside = patch->settings->tolerance;
+static bool fold_holds(const qni_patch *patch, const fold *edge, double least) {
+    const double beside = fmax(least, fmin(patch->settings->tolerance, 0.2 * edge->length));
     for (int n = 1; n <= ALONG; ++n) {
         const double share = (double)n / (ALONG + 1);
         double point[3];
@@ -88,7 +98,7 @@ static bool fold_holds(const qni_patch *patch, const fold *edge) {
     return true;
 }
 
-bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
+bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3], double least) {
     /* Half the crease angle: what should be a crease, but is not sharp, is in the wrong place. */
     const double most = sqrt(fmax(0.5 + 0.5 * patch->settings->crease_cosine, 0));
     int64_t sharp = 0;
@@ -103,7 +113,8 @@ bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]) {
                 continue;
             const int32_t ends[2] = {a[at], a[(at + 1) % 3]};
             if (is_sharp(patch, ends[0]) && is_sharp(patch, ends[1]) &&
-                set_fold(patch, ends, normals[s], normals[t], &edge) && !fold_holds(patch, &edge))
+                set_fold(patch, ends, normals[s], normals[t], &edge) &&
+                !fold_holds(patch, &edge, least))
                 return false;
         }
     return true;
@@ -123,9 +134,9 @@ static const qni_loop_vertex *plane_beside(const qni_loop_vertex *v, int32_t cou
 /* Is it from one feature to the next across the wall of a step? Beyond both is the same sheet, or
  * one much like it, and the way goes down from the one and down to the other; along a crease it
  * goes along the sheet, or to the same side of both ends. */
-static bool is_wall(const qni_patch *patch, const qni_loop_vertex *v, int32_t count, int32_t from,
-                    int32_t to) {
-    static const double least_slope = 0.25;
+static qni_doubt is_wall(const qni_patch *patch, const qni_loop_vertex *v, int32_t count,
+                         int32_t from, int32_t to) {
+    static const double clear_slope = 0.25, least_slope = 0.1;
     const double cosine = patch->settings->crease_cosine;
     const qni_loop_vertex *before = plane_beside(v, count, from, -1),
                           *wall = v[from].has_plane ? &v[from] : plane_beside(v, count, from, 1),
@@ -136,22 +147,27 @@ static bool is_wall(const qni_patch *patch, const qni_loop_vertex *v, int32_t co
     if (!before || !wall || !after || qni_dot3(before->normal, after->normal) < cosine ||
         qni_dot3(before->normal, wall->normal) > cosine ||
         qni_dot3(after->normal, wall->normal) > cosine)
-        return false;
-    const double least = least_slope * sqrt(qni_dot3(way, way)),
-                 down = qni_dot3(before->normal, way), on = qni_dot3(after->normal, way);
-    return fabs(down) > least && fabs(on) > least && down * on > 0;
+        return QNI_NO_DOUBT;
+    const double length = sqrt(qni_dot3(way, way)), down = qni_dot3(before->normal, way),
+                 on = qni_dot3(after->normal, way), slope = fmin(fabs(down), fabs(on)) / length;
+    if (!(down * on > 0) || !(slope > least_slope))
+        return QNI_NO_DOUBT;
+    return slope > clear_slope ? QNI_CLEAR_DOUBT : QNI_SLIGHT_DOUBT;
 }
 
-bool qni_step_turns_back(const qni_patch *patch, const qni_loop *loop) {
+qni_doubt qni_step_turns_back(const qni_patch *patch, const qni_loop *loop) {
     const qni_loop_vertex *v = patch->vertices + loop->first;
+    qni_doubt most = QNI_NO_DOUBT;
     for (int32_t from = 0; from < loop->count; ++from) {
         int32_t n = 1;
         if (!v[from].sharp)
             continue;
         while (n < loop->count && !v[(from + n) % loop->count].sharp)
             ++n;
-        if (n < loop->count && is_wall(patch, v, loop->count, from, (from + n) % loop->count))
-            return true;
+        const qni_doubt wall = n < loop->count
+                                   ? is_wall(patch, v, loop->count, from, (from + n) % loop->count)
+                                   : QNI_NO_DOUBT;
+        most = wall > most ? wall : most;
     }
-    return false;
+    return most;
 }

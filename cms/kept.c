@@ -114,8 +114,7 @@ bool qni_kept_hand_over(qni_stages *stages, qni_kept_walk *walk, qni_chunk *chun
     if (made->notes & QNI_NOTED_TROUBLE)
         chunk->troubles[chunk->trouble_count++] = walk->before.troubles[walk->trouble];
     if (made->notes & QNI_NOTED_DOUBT)
-        memcpy(chunk->doubts[chunk->doubt_count++], walk->before.doubts[walk->doubt],
-               sizeof *chunk->doubts);
+        chunk->doubts[chunk->doubt_count++] = walk->before.doubts[walk->doubt];
     for (int n = 0; n < QNI_TALLIES; ++n)
         tally[n] += made->tally[n];
     pass_by(walk);

@@ -9,6 +9,16 @@
 
 enum { MOST_FACETS = 16 };
 
+/* A tangent of the surface. */
+typedef struct tangent {
+    double at[3], normal[3];
+} tangent;
+
+typedef struct facets {
+    tangent items[MOST_FACETS];
+    int32_t count;
+} facets;
+
 /* Does a vertex know one of the facets that make the crease? Where it comes and goes those are the
  * ones beside its two features; where it ends any may be. */
 static bool speaks(const qni_patch *patch, const qni_loop *loop, int32_t n) {
@@ -17,26 +27,85 @@ static bool speaks(const qni_patch *patch, const qni_loop *loop, int32_t n) {
                               v[(n + loop->count - 1) % loop->count].sharp);
 }
 
-/* The loop's vertex whose normal is the farthest from what is spanned so far: the largest product
- * with a direction, or the least with a normal. */
-static const qni_loop_vertex *choose(const qni_patch *patch, const qni_loop *loop,
-                                     const double direction[3], bool least, double *best) {
-    const qni_loop_vertex *chosen = NULL;
+/* The facets that the loop's vertices know; false when they are too many. */
+static bool list_known(const qni_patch *patch, const qni_loop *loop, facets *list) {
+    list->count = 0;
     for (int32_t n = 0; n < loop->count; ++n) {
         const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
-        const double product = qni_dot3(direction, vertex->normal),
+        if (!speaks(patch, loop, n))
+            continue;
+        if (list->count == MOST_FACETS)
+            return false;
+        tangent *facet = &list->items[list->count++];
+        memcpy(facet->at, vertex->at, sizeof facet->at);
+        memcpy(facet->normal, vertex->normal, sizeof facet->normal);
+    }
+    return true;
+}
+
+/* The facet that a point lies next to. */
+static bool add_near(const qni_patch *patch, const double point[3], facets *list) {
+    const qn_solid *solid = patch->solid;
+    double value, gradient[3];
+    if (list->count == MOST_FACETS ||
+        solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
+        solid->ops->gradients(solid, 1, (const double(*)[3])point, &gradient, NULL) != QN_OK)
+        return false;
+    const double square = qni_dot3(gradient, gradient);
+    if (!(square > 0) || !isfinite(square))
+        return false;
+    tangent *facet = &list->items[list->count++];
+    for (int k = 0; k < 3; ++k) {
+        facet->at[k] = point[k] - value * gradient[k] / square;
+        facet->normal[k] = gradient[k] / sqrt(square);
+    }
+    return true;
+}
+
+/* The facets on both sides of a feature: the solid is asked there, on the cell's wall. */
+static bool add_beside(const qni_patch *patch, const qni_loop *loop, int32_t feature,
+                       facets *list) {
+    static const double beside = 0.01;
+    const qni_loop_vertex *v = patch->vertices + loop->first;
+    for (int side = 0; side < 2; ++side) {
+        const int32_t other = (feature + (side ? 1 : loop->count - 1)) % loop->count;
+        double point[3];
+        for (int k = 0; k < 3; ++k)
+            point[k] = (double)v[feature].place[k] +
+                       beside * ((double)v[other].place[k] - (double)v[feature].place[k]);
+        if (!add_near(patch, point, list))
+            return false;
+    }
+    return true;
+}
+
+static bool list_beside(const qni_patch *patch, const qni_loop *loop, facets *list) {
+    list->count = 0;
+    for (int32_t n = 0; n < loop->count; ++n)
+        if (patch->vertices[loop->first + n].sharp && !add_beside(patch, loop, n, list))
+            return false;
+    return true;
+}
+
+/* The facet whose normal is the farthest from what is spanned so far: the largest product with a
+ * direction, or the least with a normal. */
+static const tangent *choose(const facets *list, const double direction[3], bool least,
+                             double *best) {
+    const tangent *chosen = NULL;
+    for (int32_t n = 0; n < list->count; ++n) {
+        const double product = qni_dot3(direction, list->items[n].normal),
                      size = least ? 1 - product : fabs(product);
-        if (size > *best && speaks(patch, loop, n)) {
+        if (size > *best) {
             *best = size;
-            chosen = vertex;
+            chosen = &list->items[n];
         }
     }
     return chosen;
 }
 
 /* Where three planes meet. */
-static bool meet_three(const qni_loop_vertex *const planes[3], const double turned[3],
-                       double determinant, double point[3]) {
+static bool meet_three(const tangent *const planes[3], const double turned[3], double determinant,
+                       double point[3]) {
     double part[3][3], height[3];
     memcpy(part[2], turned, sizeof part[2]);
     qni_cross3(planes[1]->normal, planes[2]->normal, part[0]);
@@ -53,44 +122,41 @@ static bool meet_three(const qni_loop_vertex *const planes[3], const double turn
     return isfinite(point[0]) && isfinite(point[1]) && isfinite(point[2]);
 }
 
-/* The point of three planes of the loop that differ the most; false when they do not span space. */
-static bool meet_most(const qni_patch *patch, const qni_loop *loop, double point[3]) {
+/* The point of three facets that differ the most; false when they do not span space. */
+static bool meet_most(const facets *list, double point[3]) {
     static const double least_turn = 1e-4, least_volume = 1e-3;
-    const qni_loop_vertex *planes[3] = {NULL, NULL, NULL};
-    for (int32_t n = 0; n < loop->count && !planes[0]; ++n)
-        if (speaks(patch, loop, n))
-            planes[0] = &patch->vertices[loop->first + n];
+    const tangent *planes[3] = {list->items, NULL, NULL};
     double best = least_turn, turned[3];
-    if (!planes[0])
+    if (list->count < 3)
         return false;
-    planes[1] = choose(patch, loop, planes[0]->normal, true, &best);
+    planes[1] = choose(list, planes[0]->normal, true, &best);
     if (!planes[1])
         return false;
     qni_cross3(planes[0]->normal, planes[1]->normal, turned);
     best = least_volume;
-    planes[2] = choose(patch, loop, turned, false, &best);
+    planes[2] = choose(list, turned, false, &best);
     return planes[2] && meet_three(planes, turned, qni_dot3(turned, planes[2]->normal), point);
 }
 
 /* Do the facets' planes all pass through a point? */
-static bool all_pass(const qni_patch *patch, const qni_loop *loop, const double point[3],
-                     double tolerance) {
-    for (int32_t n = 0; n < loop->count; ++n) {
-        const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
+static bool all_pass(const facets *list, const double point[3], double tolerance) {
+    for (int32_t n = 0; n < list->count; ++n) {
+        const tangent *facet = &list->items[n];
         double height = 0;
         for (int k = 0; k < 3; ++k)
-            height += vertex->normal[k] * (point[k] - vertex->at[k]);
-        if (speaks(patch, loop, n) && !(fabs(height) <= tolerance))
+            height += facet->normal[k] * (point[k] - facet->at[k]);
+        if (!(fabs(height) <= tolerance))
             return false;
     }
     return true;
 }
 
-/* Do flat facets lead from all vertices to a point, and straight creases from the sharp ones? */
-static bool facets_meet(const qni_patch *patch, const qni_loop *loop, const double point[3]) {
+/* Do flat facets lead from where they are known to a point, and straight creases from the sharp
+ * features? */
+static bool facets_meet(const qni_patch *patch, const qni_loop *loop, const facets *list,
+                        const double point[3]) {
     const double cell = patch->hermite->lattice.cell;
     double from[MOST_FACETS][3];
-    int32_t count = 0;
     for (int32_t n = 0; n < loop->count; ++n) {
         const qni_loop_vertex *vertex = &patch->vertices[loop->first + n];
         double middle[3];
@@ -98,12 +164,11 @@ static bool facets_meet(const qni_patch *patch, const qni_loop *loop, const doub
             middle[k] = 0.5 * (point[k] + (double)vertex->place[k]);
         if (vertex->sharp && !qni_patch_on_surface(patch, middle, 1e-4 * cell))
             return false;
-        if (speaks(patch, loop, n) && count == MOST_FACETS)
-            return false;
-        if (speaks(patch, loop, n))
-            memcpy(from[count++], vertex->at, sizeof from[0]);
     }
-    return qni_flat_pieces_meet(patch->solid, point, count, (const double(*)[3])from, 1e-8 * cell);
+    for (int32_t n = 0; n < list->count; ++n)
+        memcpy(from[n], list->items[n].at, sizeof from[n]);
+    return qni_flat_pieces_meet(patch->solid, point, list->count, (const double(*)[3])from,
+                                1e-6 * cell);
 }
 
 /* Where the patch's solid agrees with the whole one. */
@@ -116,18 +181,16 @@ static bool is_near(const qni_patch *patch, const double point[3]) {
     return true;
 }
 
-qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, double point[3]) {
-    if (!meet_most(patch, loop, point) || !is_near(patch, point) ||
-        !all_pass(patch, loop, point, 1e-6 * patch->hermite->lattice.cell) ||
-        !facets_meet(patch, loop, point))
+qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, bool beside,
+                             double point[3]) {
+    facets list;
+    if (!(beside ? list_beside(patch, loop, &list) : list_known(patch, loop, &list)) ||
+        !meet_most(&list, point) || !is_near(patch, point) ||
+        !all_pass(&list, point, 1e-6 * patch->hermite->lattice.cell) ||
+        !facets_meet(patch, loop, &list, point))
         return QNI_NO_KINK;
     return qni_patch_holds(patch, point) ? QNI_KINK_INSIDE : QNI_KINK_BEYOND;
 }
-
-/* A tangent of the surface. */
-typedef struct tangent {
-    double at[3], normal[3];
-} tangent;
 
 /* The surface halfway between two tangents, straight across the chord. */
 static bool find_between(const qn_solid *solid, const tangent *a, const tangent *b, tangent *out) {

@@ -41,6 +41,12 @@ typedef struct qni_trouble {
     float corner[3];
 } qni_trouble;
 
+/* A finest cell whose creases may not lie where the solid's are (closer.c). */
+typedef struct qni_doubted {
+    int32_t low[3];
+    qni_doubt doubt;
+} qni_doubted;
+
 /* The work on some leaves: those of a run of blocks, QNI_CHUNK of them or a little more, or as many
  * of the larger ones. Offsets come from sums over the chunks before. */
 typedef struct qni_chunk {
@@ -68,7 +74,7 @@ typedef struct qni_chunk {
     int64_t veto_count, veto_capacity;
     qni_trouble *troubles;
     int64_t trouble_count, trouble_capacity;
-    int32_t (*doubts)[3]; /* finest cells whose creases do not lie where the solid's are */
+    qni_doubted *doubts;
     int64_t doubt_count, doubt_capacity;
     qni_cms_tally tally;
     qn_status status;

@@ -289,6 +289,8 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
     job.force = force || !patch->settings->features;
     job.crease_height = 4 * crease_sag(patch, loop);
     job.curved = job.crease_height < HUGE_VAL;
+    if (!job.force && job.curved && job.crease_height > 4 * tolerance)
+        return false; /* the crease would be off by more */
     loop_normal(job.v, job.count, job.facing);
     const double length = sqrt(job.facing[0] * job.facing[0] + job.facing[1] * job.facing[1] +
                                job.facing[2] * job.facing[2]);
@@ -309,11 +311,11 @@ static bool flat_within(qni_patch *patch, qni_loop *loop, bool force, double tol
     return false;
 }
 
-/* A corner in the cell has its fan: triangles that miss it a little are not taken instead. Where
- * several creases come through, neither are any that miss one just beyond the cell; those that do
- * well tell that the creases pass side by side. */
+/* A corner in the cell, or the end of a crease, has its fan: triangles that miss it a little are
+ * not taken instead. Where several creases come through, neither are any that miss one just beyond
+ * the cell; those that do well tell that the creases pass side by side. */
 bool qni_patch_flat(qni_patch *patch, qni_loop *loop, bool force) {
-    const bool corner = loop->clusters > 2 && !loop->escaped;
+    const bool corner = (loop->clusters > 2 || loop->sharp_count == 1) && !loop->escaped;
     const bool several = loop->sharp_count > 2;
     const double exact = 2e-5 * patch->hermite->lattice.cell,
                  tolerance = patch->settings->tolerance;
@@ -366,8 +368,7 @@ static qn_status triangulate_odd(qni_patch *patch, qni_loop *loop) {
 }
 
 static bool is_odd(const qni_patch *patch, const qni_loop *loop) {
-    return patch->settings->features && loop->clusters > 1 &&
-           (loop->escaped || loop->sharp_count == 1);
+    return patch->settings->features && loop->clusters > 1 && loop->escaped;
 }
 
 /* Can it be a loop of several corners or creases? */

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 /* Polygon models as CAD programs write them, remeshed: their creases come out unbroken. Made here:
  * rings turned on a lathe, whose creases are rims of short facets; prisms with random outlines;
- * blocks with a groove that runs out at both ends. As they are and turned at random. */
+ * blocks with a groove that runs out at both ends; fans of facets about a vertex. As they are and
+ * turned at random. */
 #include "lib/crease_share.h"
 
 #include <math.h>
@@ -96,6 +97,25 @@ static void make_grooved(workshop *shop) {
     draw_out(shop, outline, 7, -between(shop, 0.3, 0.8), between(shop, 0.3, 0.8));
 }
 
+/* A fan of facets about a vertex: creases run into it, side by side with softer edges, and end. */
+static void make_fan(workshop *shop) {
+    const int count = (int)test_random_range(shop->random, 6, 10);
+    const uint32_t middle[2] = {place(shop, 0, 0, -0.6), place(shop, 0, 0, 0)};
+    uint32_t rings[2][MOST_OUTLINE];
+    for (int n = 0; n < count; ++n) {
+        const double angle = 2 * 3.14159265358979323846 * (n + between(shop, 0, 0.8)) / count,
+                     x = 0.7 * cos(angle), y = 0.7 * sin(angle);
+        rings[0][n] = place(shop, x, y, -0.6);
+        rings[1][n] = place(shop, x, y, between(shop, -0.25, 0.25));
+    }
+    for (int n = 0; n < count; ++n) {
+        const int next = (n + 1) % count;
+        quad(shop, rings[0][n], rings[0][next], rings[1][next], rings[1][n]);
+        test_model_triangle(&shop->model, middle[1], rings[1][n], rings[1][next]);
+        test_model_triangle(&shop->model, middle[0], rings[0][next], rings[0][n]);
+    }
+}
+
 typedef void make_model(workshop *shop);
 
 static test_crease_share measure(uint64_t seed, int64_t number, make_model *make) {
@@ -129,7 +149,8 @@ static test_crease_share measure(uint64_t seed, int64_t number, make_model *make
     return share;
 }
 
-static void measure_all(const char *name, make_model *make, int64_t count) {
+/* One point of `one_of` may be missing; 0: none. */
+static void measure_all(const char *name, make_model *make, int64_t count, int64_t one_of) {
     const uint64_t seed = test_seed();
     int64_t missing = 0, points = 0;
     for (int64_t n = 0; n < count; ++n) {
@@ -144,22 +165,29 @@ static void measure_all(const char *name, make_model *make, int64_t count) {
     }
     print_message("%s: %lld models, %lld points of creases, %lld missing\n", name, (long long)count,
                   (long long)points, (long long)missing);
-    assert_int_equal(missing, 0);
+    assert_true(one_of ? one_of * missing <= points : missing == 0);
 }
 
 static void rings(void **state) {
     (void)state;
-    measure_all("ring", make_ring, test_count(18, 300));
+    measure_all("ring", make_ring, test_count(18, 300), 0);
 }
 
 static void prisms(void **state) {
     (void)state;
-    measure_all("prism", make_prism, test_count(36, 600));
+    measure_all("prism", make_prism, test_count(36, 600), 0);
 }
 
 static void grooved_blocks(void **state) {
     (void)state;
-    measure_all("grooved block", make_grooved, test_count(36, 600));
+    measure_all("grooved block", make_grooved, test_count(36, 600), 0);
+}
+
+/* Where several creases run into a corner within a fraction of a cell, next to a wall, some of the
+ * walls' bends go unseen. */
+static void fans(void **state) {
+    (void)state;
+    measure_all("fan", make_fan, test_count(36, 600), 10000);
 }
 
 int main(void) {
@@ -167,6 +195,7 @@ int main(void) {
         cmocka_unit_test(rings),
         cmocka_unit_test(prisms),
         cmocka_unit_test(grooved_blocks),
+        cmocka_unit_test(fans),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
