@@ -23,9 +23,9 @@ static void find_box(qni_model *model) {
         for (int k = 0; k < 3 && trees[t]->count; ++k) {
             const qni_panel_node *root = &trees[t]->nodes[0];
             double low = (double)root->low[k], high = (double)root->high[k];
-            model->box.low[k] = t == 0 ? low : fmin(model->box.low[k], low);
-            model->box.high[k] = t == 0 ? high : fmax(model->box.high[k], high);
-            model->size = fmax(model->size, fmax(fabs(low), fabs(high)));
+            model->box.low[k] = t == 0 ? low : qni_lesser(model->box.low[k], low);
+            model->box.high[k] = t == 0 ? high : qni_greater(model->box.high[k], high);
+            model->size = qni_greater(model->size, qni_greater(fabs(low), fabs(high)));
         }
 }
 

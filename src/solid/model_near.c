@@ -10,7 +10,7 @@
 /* ---- eight boxes at a time ----------------------------------------------------------------------
  */
 
-/* A box by floats that holds it. */
+/* A box by floats that holds it, and little more. */
 typedef struct float_box {
     float low[3], high[3];
 } float_box;
@@ -18,12 +18,9 @@ typedef struct float_box {
 static float_box rounded_outwards(const qni_box *box) {
     float_box out;
     for (int k = 0; k < 3; ++k) {
-        out.low[k] = (float)box->low[k];
-        out.high[k] = (float)box->high[k];
-        if ((double)out.low[k] > box->low[k])
-            out.low[k] = nextafterf(out.low[k], -INFINITY);
-        if ((double)out.high[k] < box->high[k])
-            out.high[k] = nextafterf(out.high[k], INFINITY);
+        const float low = (float)box->low[k], high = (float)box->high[k];
+        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
+        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
     }
     return out;
 }
@@ -215,32 +212,40 @@ static void put_panel(qni_near_list *near, int32_t at, const qni_panel *panel) {
     float low[3], high[3];
     for (int k = 0; k < 3; ++k) {
         const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-        const float less = x < y ? x : y, more = x < y ? y : x;
-        low[k] = z < less ? z : less;
-        high[k] = z > more ? z : more;
+        low[k] = qni_least_of(x, y, z);
+        high[k] = qni_most_of(x, y, z);
     }
     put(near, at, low, high);
 }
 
 /* The panel's corners lie in the slab by construction: so it holds of slivers too, whose normal may
- * be any. */
+ * be any. It need not have length 1: its largest component does. */
 static void put_slab(qni_near_list *near, int32_t at, const qni_panel *panel) {
     qni_near_slabs *slabs = &near->slabs[at / QNI_EIGHT];
     const int place = at % QNI_EIGHT;
-    double normal[3], low = QNI_INFINITY, high = -QNI_INFINITY;
-    qni_panel_normal(panel, normal);
+    double normal[3], corner[3][3], low = QNI_INFINITY, high = -QNI_INFINITY, largest = 0;
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+            corner[i][k] = (double)panel->at[i][k] - near->middle[k];
+    for (int k = 0; k < 3; ++k) {
+        const int l = (k + 1) % 3, m = (k + 2) % 3;
+        normal[k] = (corner[1][l] - corner[0][l]) * (corner[2][m] - corner[0][m]) -
+                    (corner[1][m] - corner[0][m]) * (corner[2][l] - corner[0][l]);
+        largest = qni_greater(largest, fabs(normal[k]));
+    }
+    const double scale = largest > 1e-300 ? 1 / largest : 0;
     for (int k = 0; k < 3; ++k)
-        slabs->normal[k][place] = (float)normal[k];
+        slabs->normal[k][place] = (float)(scale * normal[k]);
     for (int i = 0; i < 3; ++i) {
         double height = 0;
         for (int k = 0; k < 3; ++k)
-            height += (double)slabs->normal[k][place] * ((double)panel->at[i][k] - near->middle[k]);
-        low = fmin(low, height);
-        high = fmax(high, height);
+            height += (double)slabs->normal[k][place] * corner[i][k];
+        low = qni_lesser(low, height);
+        high = qni_greater(high, height);
     }
     const double height = 0.5 * (low + high);
     slabs->height[place] = (float)height;
-    slabs->slack[place] = (float)(0.5 * (high - low) + 2e-6 * (near->reach + fabs(height)));
+    slabs->slack[place] = (float)(0.5 * (high - low) + 4e-6 * (near->reach + fabs(height)));
 }
 
 typedef struct gather {
@@ -259,10 +264,9 @@ static const qni_panel *panel_of(const qni_panel_tree *surface, const qni_panel_
 static bool misses(const qni_panel *panel, const qni_box *box) {
     double extent = 0, room = 0;
     for (int k = 0; k < 3; ++k) {
-        room = fmax(room, box->high[k] - box->low[k]);
-        for (int i = 0; i < 3; ++i)
-            extent =
-                fmax(extent, fabs((double)panel->at[i][k] - (double)panel->at[(i + 1) % 3][k]));
+        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        room = qni_greater(room, box->high[k] - box->low[k]);
+        extent = qni_greater(extent, (double)qni_most_of(x, y, z) - (double)qni_least_of(x, y, z));
     }
     return extent > room && !qni_panel_meets(panel, box);
 }
@@ -403,7 +407,7 @@ static void search_eight(nearest_job *job, const qni_near_list *near, int32_t ei
 int32_t qni_near_nearest(const qni_near_list *near, const qni_panel_tree *surface, double size,
                          const double p[3], int32_t guess, double *square, double nearest[3]) {
     const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
-    const double largest = fmax(size, fmax(fabs(p[0]), fmax(fabs(p[1]), fabs(p[2]))));
+    const double largest = qni_greater(size, qni_greater(fabs(p[0]), qni_greater(fabs(p[1]), fabs(p[2]))));
     const float slack = (float)(5e-7 * largest); /* four roundings to float, and more */
     const int32_t eights = eights_of(near->count);
     nearest_job job = {surface, p, square, nearest, INFINITY, -1};

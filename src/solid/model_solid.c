@@ -36,7 +36,7 @@ typedef struct answer {
 static double depth_within(const qni_meshed *solid, const double p[3]) {
     double least = QNI_INFINITY;
     for (int k = 0; k < 3; ++k)
-        least = fmin(least, fmin(p[k] - solid->within.low[k], solid->within.high[k] - p[k]));
+        least = qni_lesser(least, qni_lesser(p[k] - solid->within.low[k], solid->within.high[k] - p[k]));
     return least - 1e-9 * solid->model->size;
 }
 
@@ -170,7 +170,7 @@ static double half_diagonal(const qni_box *box, double centre[3]) {
     double squares = 0;
     for (int k = 0; k < 3; ++k) {
         centre[k] = 0.5 * (box->low[k] + box->high[k]);
-        double half = fmax(box->high[k] - centre[k], centre[k] - box->low[k]);
+        double half = qni_greater(box->high[k] - centre[k], centre[k] - box->low[k]);
         squares += half * half;
     }
     return sqrt(squares);

@@ -3,6 +3,9 @@
 #include "solid/panel.h"
 
 #include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 enum { LEAF = 4, MOST_LEVELS = 64 };
 /* Dipoles stand for what is farther away than this times its radius: then the sum over all of a
@@ -34,7 +37,7 @@ void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree) {
 
 static float middle(const qni_panel *panel, int axis) {
     float x = panel->at[0][axis], y = panel->at[1][axis], z = panel->at[2][axis];
-    return fminf(x, fminf(y, z)) * 0.5f + fmaxf(x, fmaxf(y, z)) * 0.5f;
+    return qni_least_of(x, y, z) * 0.5f + qni_most_of(x, y, z) * 0.5f;
 }
 
 static bool before(const qni_panel *a, const qni_panel *b, int axis) {
@@ -68,16 +71,16 @@ static void split_at(qni_panel *panels, int64_t first, int64_t last, int64_t pla
 }
 
 static void measure(const qni_panel_tree *tree, qni_panel_node *node) {
-    for (int k = 0; k < 3; ++k) {
-        node->low[k] = INFINITY;
-        node->high[k] = -INFINITY;
-    }
+    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (int32_t n = node->first; n < node->first + node->count; ++n)
         for (int i = 0; i < 3; ++i)
             for (int k = 0; k < 3; ++k) {
-                node->low[k] = fminf(node->low[k], tree->panels[n].at[i][k]);
-                node->high[k] = fmaxf(node->high[k], tree->panels[n].at[i][k]);
+                const float at = tree->panels[n].at[i][k];
+                low[k] = at < low[k] ? at : low[k];
+                high[k] = at > high[k] ? at : high[k];
             }
+    memcpy(node->low, low, sizeof low);
+    memcpy(node->high, high, sizeof high);
 }
 
 static int32_t build(qni_panel_tree *tree, int32_t first, int32_t count) {
@@ -140,7 +143,7 @@ static void sum_moments(const qni_panel_tree *tree, int32_t index) {
         double low = (double)node->low[k], high = (double)node->high[k];
         moment->centre[k] =
             moment->area > 0 ? moment->centre[k] / moment->area : 0.5 * (low + high);
-        double reach = fmax(moment->centre[k] - low, high - moment->centre[k]);
+        double reach = qni_max(moment->centre[k] - low, high - moment->centre[k]);
         square += reach * reach;
     }
     moment->radius = sqrt(square);
@@ -167,18 +170,47 @@ bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_m
     return tree->moments != NULL;
 }
 
-static bool meets(const qni_panel_node *node, const qni_box *box) {
+/* A box by floats that holds it, and little more. */
+typedef struct float_box {
+    float low[4], high[4]; /* the last of each is not used */
+} float_box;
+
+static float_box rounded_outwards(const qni_box *box) {
+    float_box out;
+    for (int k = 0; k < 3; ++k) {
+        const float low = (float)box->low[k], high = (float)box->high[k];
+        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
+        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
+    }
+    out.low[3] = out.high[3] = 0;
+    return out;
+}
+
+#ifdef __SSE2__
+
+static bool meets(const qni_panel_node *node, const float_box *box) {
+    const float *bounds = (const float *)(const void *)node; /* one more is loaded than compared */
+    const __m128 low = _mm_cmple_ps(_mm_loadu_ps(bounds), _mm_loadu_ps(box->high)),
+                 high = _mm_cmpge_ps(_mm_loadu_ps(bounds + 3), _mm_loadu_ps(box->low));
+    return (_mm_movemask_ps(_mm_and_ps(low, high)) & 7) == 7;
+}
+
+#else
+
+static bool meets(const qni_panel_node *node, const float_box *box) {
     for (int k = 0; k < 3; ++k)
-        if ((double)node->low[k] > box->high[k] || (double)node->high[k] < box->low[k])
+        if (node->low[k] > box->high[k] || node->high[k] < box->low[k])
             return false;
     return true;
 }
 
+#endif
+
 static bool panel_meets(const qni_panel *panel, const qni_box *box) {
     for (int k = 0; k < 3; ++k) {
-        float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-        if ((double)fminf(x, fminf(y, z)) > box->high[k] ||
-            (double)fmaxf(x, fmaxf(y, z)) < box->low[k])
+        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        if ((double)qni_least_of(x, y, z) > box->high[k] ||
+            (double)qni_most_of(x, y, z) < box->low[k])
             return false;
     }
     return true;
@@ -186,13 +218,14 @@ static bool panel_meets(const qni_panel *panel, const qni_box *box) {
 
 bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
                           void *user) {
+    const float_box around = rounded_outwards(box);
     int32_t stack[MOST_LEVELS], height = 0;
     if (tree->count)
         stack[height++] = 0;
     while (height) {
         int32_t index = stack[--height];
         const qni_panel_node *node = &tree->nodes[index];
-        if (!meets(node, box))
+        if (!meets(node, &around))
             continue;
         if (node->second) {
             stack[height++] = node->second;
@@ -214,13 +247,14 @@ static bool lies_within(const qni_panel_node *node, const qni_box *box) {
 }
 
 bool qni_panel_tree_has_more(const qni_panel_tree *tree, const qni_box *box, int32_t most) {
+    const float_box around = rounded_outwards(box);
     int32_t stack[MOST_LEVELS], height = 0, count = 0;
     if (tree->count)
         stack[height++] = 0;
     while (height && count <= most) {
         const int32_t index = stack[--height];
         const qni_panel_node *node = &tree->nodes[index];
-        if (!meets(node, box))
+        if (!meets(node, &around))
             continue;
         if (!node->second || lies_within(node, box)) {
             count += node->count;
