@@ -265,8 +265,6 @@ bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const 
 /* Cut the one loop of a finest cell, or union, in parts that come out well (split.c); false when
  * that is not found. */
 bool qni_patch_split(qni_patch *patch);
-/* Is a point on the surface, to first order? */
-bool qni_patch_on_surface(const qni_patch *patch, const double point[3], double tolerance);
 /* Triangles of all loops (triangulate.c); in a cell of several loops they are kept apart
  * (separate.c). */
 void qni_patch_fan(qni_patch *patch, qni_loop *loop);
@@ -327,6 +325,8 @@ bool qni_surface_along(const qn_solid *solid, const double at[3], const double n
                        const double target[3], const double direction[3], double reach,
                        double crease_cosine, double at_out[3], double normal_out[3]);
 
+/* Is a point within a distance of the surface, to first order (near.c)? */
+bool qni_is_on_surface(const qn_solid *solid, const double point[3], double tolerance);
 /* Is a point on the surface, and are the ways to it from points whose tangent planes meet in it,
  * where they come near it? Then what meets there is flat, and the point need not be looked for any
  * closer (near.c). */

@@ -155,19 +155,9 @@ static void unit_normal(const qni_patch *patch, const int32_t triangle[3], doubl
         normal[k] = length > 0 ? normal[k] / length : 0;
 }
 
-/* Is the point on the surface, to first order? */
 static bool is_on_surface(const qni_patch *patch, const float place[3], double tolerance) {
-    const qn_solid *solid = patch->solid;
     const double point[3] = {(double)place[0], (double)place[1], (double)place[2]};
-    double value, gradient[3];
-    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK)
-        return false;
-    if (value == 0)
-        return true;
-    if (solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
-        QN_OK)
-        return false;
-    return fabs(value) <= tolerance * sqrt(qni_dot3(gradient, gradient));
+    return qni_is_on_surface(patch->solid, point, tolerance);
 }
 
 static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {

@@ -96,7 +96,7 @@ static bool facets_meet(const qni_patch *patch, const qni_loop *loop, const doub
         double middle[3];
         for (int k = 0; k < 3; ++k)
             middle[k] = 0.5 * (point[k] + (double)vertex->place[k]);
-        if (vertex->sharp && !qni_patch_on_surface(patch, middle, 1e-4 * cell))
+        if (vertex->sharp && !qni_is_on_surface(patch->solid, middle, 1e-4 * cell))
             return false;
         if (speaks(patch, loop, n) && count == MOST_FACETS)
             return false;

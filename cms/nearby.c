@@ -106,6 +106,17 @@ static qn_status nearby_gradients(const qn_solid *solid, int64_t count, const do
     return part->ops->gradients(part, count, points, gradients, owners);
 }
 
+static qn_status nearby_first_order(const qn_solid *solid, const double p[3], double *value,
+                                    double gradient[3], int32_t *owner) {
+    return qni_solid_first_order(part_of(solid), p, value, gradient, owner);
+}
+
+static bool nearby_distance(const qn_solid *solid, const double p[3], double most,
+                            double *distance_out) {
+    const qn_solid *part = part_of(solid);
+    return part->ops->distance && part->ops->distance(part, p, most, distance_out);
+}
+
 static qn_status nearby_bounds(const qn_solid *solid, const qni_box *box, double range[2]) {
     const qn_solid *part = part_of(solid);
     return part->ops->bounds(part, box, range);
@@ -130,6 +141,8 @@ static const qni_solid_ops nearby_ops = {
     .crossings = nearby_crossings,
     .restrict_to = nearby_restrict,
     .inside = nearby_inside,
+    .first_order = nearby_first_order,
+    .distance = nearby_distance,
 };
 
 void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite) {

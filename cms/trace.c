@@ -236,9 +236,7 @@ static bool probe(const qni_face_job *job, const double at[2], qni_face_line *li
     const qn_solid *solid = job->solid;
     double point[3], value, gradient[3], length = 0;
     qni_face_to_space(job, at, point);
-    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
-        solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient,
-                              &line->owner) != QN_OK)
+    if (qni_solid_first_order(solid, point, &value, gradient, &line->owner) != QN_OK)
         return false;
     for (int k = 0; k < 3; ++k)
         length += gradient[k] * gradient[k];

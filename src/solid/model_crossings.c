@@ -206,7 +206,7 @@ qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const do
         return QN_ERROR_OUT_OF_MEMORY;
     }
     if (hits.count || smooth) {
-        const int64_t winding = qni_meshed_winding(solid, a, NULL);
+        const int64_t winding = qni_meshed_winding(solid, a);
         int64_t end = winding;
         for (int64_t n = 0; n < hits.count; ++n)
             end += hits.items[n].change;

@@ -404,22 +404,39 @@ static void search_eight(nearest_job *job, const qni_near_list *near, int32_t ei
             consider(job, near->numbers[QNI_EIGHT * eight + n]);
 }
 
+/* Four roundings to float, and more. */
+static float slack_of(double size, const double p[3]) {
+    return (float)(5e-7 *
+                   qni_greater(size, qni_greater(fabs(p[0]), qni_greater(fabs(p[1]), fabs(p[2])))));
+}
+
+static void search(nearest_job *job, const qni_near_list *near, const float p[3], float slack) {
+    const int32_t eights = eights_of(near->count);
+    for (int32_t group = 0; group < eights_of(eights); ++group) {
+        float squares[QNI_EIGHT];
+        measure(&near->eights[eights + group], p, slack, squares);
+        for (int n = 0; n < QNI_EIGHT; ++n)
+            if (squares[n] <= job->below)
+                search_eight(job, near, QNI_EIGHT * group + n, p, slack);
+    }
+}
+
 int32_t qni_near_nearest(const qni_near_list *near, const qni_panel_tree *surface, double size,
                          const double p[3], int32_t guess, double *square, double nearest[3]) {
     const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
-    const double largest = qni_greater(size, qni_greater(fabs(p[0]), qni_greater(fabs(p[1]), fabs(p[2]))));
-    const float slack = (float)(5e-7 * largest); /* four roundings to float, and more */
-    const int32_t eights = eights_of(near->count);
     nearest_job job = {surface, p, square, nearest, INFINITY, -1};
     *square = QNI_INFINITY;
     consider(&job, guess >= 0 && guess < surface->count ? guess
                                                         : near->numbers[place_to_begin(near, at)]);
-    for (int32_t group = 0; group < eights_of(eights); ++group) {
-        float squares[QNI_EIGHT];
-        measure(&near->eights[eights + group], at, slack, squares);
-        for (int n = 0; n < QNI_EIGHT; ++n)
-            if (squares[n] <= job.below)
-                search_eight(&job, near, QNI_EIGHT * group + n, at, slack);
-    }
+    search(&job, near, at, slack_of(size, p));
     return job.best;
+}
+
+double qni_near_square(const qni_near_list *near, const qni_panel_tree *surface, double size,
+                       const double p[3], double most) {
+    const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
+    double square = QNI_INFINITY, nearest[3];
+    nearest_job job = {surface, p, &square, nearest, (float)(most * most * (1 + 1e-6)), -1};
+    search(&job, near, at, slack_of(size, p));
+    return square;
 }

@@ -94,26 +94,22 @@ static int64_t near_change(const qni_meshed *solid, const double a[3], const dou
     return sum;
 }
 
-/* Along the axes one after the other: so the walk stays in the box, and cheap tests will do. */
-int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3], qni_winding_at *known) {
-    const qni_meshed *lister = qni_meshed_lister(solid, p, known ? known->at : p);
+/* Straight from the place where it was known last, which is near most often. Where another thread
+ * is at that, a ray says the same. */
+int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3]) {
+    const qni_meshed *lister = qni_meshed_lister(solid, p, p);
     if (!lister)
         return qni_model_winding(solid->model, p);
-    double to[3], next[3];
+    qni_meshed *memory = (qni_meshed *)(uintptr_t)lister;
+    double to[3];
     tame(p, to);
-    qni_winding_at here = {{lister->origin[0], lister->origin[1], lister->origin[2]},
-                           lister->origin_winding};
-    if (known)
-        here = *known;
-    for (int k = 2; k >= 0; --k) {
-        memcpy(next, here.at, sizeof next);
-        next[k] = to[k];
-        here.winding += near_change(lister, here.at, next);
-        here.at[k] = to[k];
-    }
-    if (known)
-        *known = here;
-    return here.winding;
+    if (__atomic_exchange_n(&memory->busy, 1, __ATOMIC_ACQUIRE))
+        return qni_model_winding(solid->model, p);
+    memory->known_winding += near_change(lister, memory->known_at, to);
+    memcpy(memory->known_at, to, sizeof to);
+    const int64_t winding = memory->known_winding;
+    __atomic_store_n(&memory->busy, 0, __ATOMIC_RELEASE);
+    return winding;
 }
 
 /* ---- hits -------------------------------------------------------------------------------------

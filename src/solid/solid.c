@@ -97,6 +97,15 @@ qn_status qni_solid_inside(const qn_solid *solid, int64_t count, const double (*
     return QN_OK;
 }
 
+qn_status qni_solid_first_order(const qn_solid *solid, const double p[3], double *value,
+                                double gradient[3], int32_t *owner) {
+    if (solid->ops->first_order)
+        return solid->ops->first_order(solid, p, value, gradient, owner);
+    const double point[1][3] = {{p[0], p[1], p[2]}};
+    QN_TRY(solid->ops->values(solid, 1, point, value));
+    return solid->ops->gradients(solid, 1, point, (double(*)[3])gradient, owner);
+}
+
 qn_status qni_solid_contains(const qn_solid *solid, const double p[3], bool *inside_out) {
     double point[1][3] = {{p[0], p[1], p[2]}};
     return qni_solid_inside(solid, 1, (const double(*)[3])point, inside_out);
