@@ -248,66 +248,32 @@ static void put_slab(qni_near_list *near, int32_t at, const qni_panel *panel) {
     slabs->slack[place] = (float)(0.5 * (high - low) + 4e-6 * (near->reach + fabs(height)));
 }
 
-typedef struct gather {
-    const qni_panel_tree *tree;
-    const qni_box *box;
-    int32_t numbers[QNI_MOST_NEAR], count;
-    bool caps;
-} gather;
-
 static const qni_panel *panel_of(const qni_panel_tree *surface, const qni_panel_tree *caps,
                                  int32_t number) {
     return number < 0 ? &caps->panels[~number] : &surface->panels[number];
 }
 
-/* A panel whose box meets a box, but itself does not, is worth finding where it is large. */
-static bool misses(const qni_panel *panel, const qni_box *box) {
-    double extent = 0, room = 0;
-    for (int k = 0; k < 3; ++k) {
-        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-        room = qni_greater(room, box->high[k] - box->low[k]);
-        extent = qni_greater(extent, (double)qni_most_of(x, y, z) - (double)qni_least_of(x, y, z));
-    }
-    return extent > room && !qni_panel_meets(panel, box);
-}
-
-static bool gather_one(void *user, int32_t panel) {
-    gather *job = user;
-    if (misses(&job->tree->panels[panel], job->box))
-        return true;
-    if (job->count == QNI_MOST_NEAR)
-        return false;
-    job->numbers[job->count++] = job->caps ? ~panel : panel;
-    return true;
-}
-
 bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
                          const qni_panel_tree *caps, const qni_box *box, qni_near_list *near,
                          bool *few) {
-    gather job;
-    job.tree = surface;
-    job.box = box;
-    job.count = 0;
-    job.caps = false;
+    int32_t numbers[QNI_MOST_NEAR], of_surface, of_caps = 0;
     memset(near, 0, sizeof *near);
-    *few = qni_panel_tree_visit(surface, box, gather_one, &job);
-    const int32_t of_surface = job.count;
-    job.tree = caps;
-    job.caps = true;
-    *few = *few && qni_panel_tree_visit(caps, box, gather_one, &job);
+    *few = qni_panel_tree_list(surface, box, QNI_MOST_NEAR, numbers, &of_surface) &&
+           qni_panel_tree_list(caps, box, QNI_MOST_NEAR - of_surface, numbers + of_surface,
+                               &of_caps);
     if (!*few)
         return true;
-    if (!start(context, near, job.count))
+    if (!start(context, near, of_surface + of_caps))
         return false;
     near->surface_count = of_surface;
     for (int k = 0; k < 3; ++k) {
         near->middle[k] = 0.5 * (box->low[k] + box->high[k]);
         near->reach += box->high[k] - near->middle[k];
     }
-    for (int32_t n = 0; n < job.count; ++n) {
-        const int32_t number = near->numbers[n] = job.numbers[n];
-        put_panel(near, n, panel_of(surface, caps, number));
-        put_slab(near, n, panel_of(surface, caps, number));
+    for (int32_t n = 0; n < near->count; ++n) {
+        near->numbers[n] = n < of_surface ? numbers[n] : ~numbers[n];
+        put_panel(near, n, panel_of(surface, caps, near->numbers[n]));
+        put_slab(near, n, panel_of(surface, caps, near->numbers[n]));
     }
     return true;
 }
@@ -321,13 +287,27 @@ static void copy_slab(const qni_near_list *from, int32_t place, qni_near_list *n
     b->slack[at % QNI_EIGHT] = a->slack[place % QNI_EIGHT];
 }
 
+/* The longest side of a panel's box. */
+static double extent_of(const qni_near_list *near, int32_t at) {
+    const qni_near_eight *eight = &near->eights[at / QNI_EIGHT];
+    double extent = 0;
+    for (int k = 0; k < 3; ++k)
+        extent = qni_greater(extent, (double)eight->high[k][at % QNI_EIGHT] -
+                                         (double)eight->low[k][at % QNI_EIGHT]);
+    return extent;
+}
+
 bool qni_near_from_larger(qn_context *context, const qni_panel_tree *surface,
                           const qni_panel_tree *caps, const qni_near_list *larger,
                           const qni_box *box, qni_near_list *near) {
     int32_t chosen[QNI_MOST_NEAR], count = 0;
+    double room = 0;
+    for (int k = 0; k < 3; ++k)
+        room = qni_greater(room, box->high[k] - box->low[k]);
     const int32_t candidates = qni_near_meeting(larger, box, chosen);
     for (int32_t n = 0; n < candidates; ++n)
-        if (!misses(panel_of(surface, caps, larger->numbers[chosen[n]]), box))
+        if (!(extent_of(larger, chosen[n]) > room) ||
+            qni_panel_meets(panel_of(surface, caps, larger->numbers[chosen[n]]), box))
             chosen[count++] = chosen[n];
     if (!start(context, near, count))
         return false;

@@ -306,18 +306,11 @@ static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *
                                &into->listed);
 }
 
-/* Would a smaller solid know anything more? */
-static bool is_worth_restricting(const qni_meshed *solid, const qni_box *box) {
-    if (solid->listed || solid->model->caps.count)
-        return true;
-    return !qni_panel_tree_has_more(&solid->model->surface, box, QNI_MOST_NEAR);
-}
-
 static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     const qni_meshed *meshed = (const qni_meshed *)solid;
     double centre[3], half = half_diagonal(box, centre);
     *solid_out = NULL;
-    if (!usable(centre) || !isfinite(half) || !is_worth_restricting(meshed, box))
+    if (!usable(centre) || !isfinite(half))
         return qni_restrict_to_itself(solid, box, solid_out);
     __atomic_add_fetch(&meshed->model->references, 1, __ATOMIC_RELAXED);
     qni_meshed *local = (qni_meshed *)new_node(meshed->model);
@@ -336,6 +329,10 @@ static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_s
     if (!good || qni_model_status(meshed->model) != QN_OK) {
         qn_solid_destroy(&local->base);
         return QN_ERROR_OUT_OF_MEMORY;
+    }
+    if (!local->listed && meshed->model->caps.count == 0) { /* it would know nothing more */
+        qn_solid_destroy(&local->base);
+        return qni_restrict_to_itself(solid, box, solid_out);
     }
     *solid_out = &local->base;
     return QN_OK;

@@ -26,11 +26,10 @@ static bool count_one(void *user, int32_t panel) {
 
 /* The change of the whole winding number from a to b. */
 static int64_t change(const qni_model *model, const double a[3], const double b[3]) {
-    qni_box box = qni_segment_box(a, b);
     count_job job = {.tree = &model->surface, .a = a, .b = b, .axis = qni_segment_axis(a, b)};
-    qni_panel_tree_visit(job.tree, &box, count_one, &job);
+    qni_panel_tree_visit_segment(job.tree, a, b, count_one, &job);
     job.tree = &model->caps;
-    qni_panel_tree_visit(job.tree, &box, count_one, &job);
+    qni_panel_tree_visit_segment(job.tree, a, b, count_one, &job);
     return job.sum;
 }
 
@@ -195,7 +194,6 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
     hits->items = hits->first;
     hits->count = 0;
     hits->capacity = (int64_t)(sizeof hits->first / sizeof *hits->first);
-    qni_box box = qni_segment_box(from, to);
     hit_job job = {.tree = &solid->model->surface,
                    .a = from,
                    .b = to,
@@ -208,10 +206,10 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
     if (lister) {
         good = near_hits(lister, &job);
     } else {
-        good = qni_panel_tree_visit(job.tree, &box, hit_one, &job);
+        good = qni_panel_tree_visit_segment(job.tree, from, to, hit_one, &job);
         job.tree = &solid->model->caps;
         job.cap = true;
-        good = good && qni_panel_tree_visit(job.tree, &box, hit_one, &job);
+        good = good && qni_panel_tree_visit_segment(job.tree, from, to, hit_one, &job);
     }
     qni_hits_sort(hits);
     return good;

@@ -239,6 +239,65 @@ bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_pa
     return true;
 }
 
+/* A segment, to be compared with boxes that meet its own: by the axes across it and an edge of
+ * theirs. */
+typedef struct segment_job {
+    double middle[3], half[3];
+    double slack; /* more than what rounding does to products */
+} segment_job;
+
+static bool passes_by(const segment_job *segment, const qni_panel_node *node) {
+    double off[3], half[3];
+    for (int k = 0; k < 3; ++k) {
+        const double low = (double)node->low[k], high = (double)node->high[k];
+        off[k] = segment->middle[k] - 0.5 * (low + high);
+        half[k] = 0.5 * (high - low);
+    }
+    for (int k = 0; k < 3; ++k) {
+        const int l = k == 2 ? 0 : k + 1, m = k == 0 ? 2 : k - 1;
+        const double a = segment->half[l], b = segment->half[m];
+        if (fabs(off[l] * b - off[m] * a) >
+            half[l] * fabs(b) + half[m] * fabs(a) + segment->slack)
+            return true;
+    }
+    return false;
+}
+
+bool qni_panel_tree_visit_segment(const qni_panel_tree *tree, const double a[3], const double b[3],
+                                  qni_panel_visit *visit, void *user) {
+    const qni_box box = qni_segment_box(a, b);
+    const float_box around = rounded_outwards(&box);
+    segment_job segment = {.slack = 0};
+    double size = 0, length = 0;
+    int32_t stack[MOST_LEVELS], height = 0;
+    if (tree->count)
+        stack[height++] = 0;
+    for (int k = 0; k < 3 && height; ++k) {
+        segment.middle[k] = 0.5 * (a[k] + b[k]);
+        segment.half[k] = 0.5 * (b[k] - a[k]);
+        length = qni_greater(length, fabs(segment.half[k]));
+        size = qni_greater(size, fabs((double)tree->nodes[0].low[k]));
+        size = qni_greater(size, fabs((double)tree->nodes[0].high[k]));
+        size = qni_greater(size, qni_greater(fabs(a[k]), fabs(b[k])));
+    }
+    segment.slack = 64 * QNI_EPSILON * length * size;
+    while (height) {
+        const int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        if (!meets(node, &around) || passes_by(&segment, node))
+            continue;
+        if (node->second) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
+            continue;
+        }
+        for (int32_t n = node->first; n < node->first + node->count; ++n)
+            if (panel_meets(&tree->panels[n], &box) && !visit(user, n))
+                return false;
+    }
+    return true;
+}
+
 static bool lies_within(const qni_panel_node *node, const qni_box *box) {
     for (int k = 0; k < 3; ++k)
         if ((double)node->low[k] < box->low[k] || (double)node->high[k] > box->high[k])
@@ -246,24 +305,46 @@ static bool lies_within(const qni_panel_node *node, const qni_box *box) {
     return true;
 }
 
-bool qni_panel_tree_has_more(const qni_panel_tree *tree, const qni_box *box, int32_t most) {
+/* A panel whose box meets a box, but itself does not, is worth finding where it is large. */
+static bool misses(const qni_panel *panel, const qni_box *box) {
+    double extent = 0, room = 0;
+    for (int k = 0; k < 3; ++k) {
+        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        room = qni_greater(room, box->high[k] - box->low[k]);
+        extent = qni_greater(extent, (double)qni_most_of(x, y, z) - (double)qni_least_of(x, y, z));
+    }
+    return extent > room && !qni_panel_meets(panel, box);
+}
+
+bool qni_panel_tree_list(const qni_panel_tree *tree, const qni_box *box, int32_t most,
+                         int32_t *numbers, int32_t *count) {
     const float_box around = rounded_outwards(box);
-    int32_t stack[MOST_LEVELS], height = 0, count = 0;
+    int32_t stack[MOST_LEVELS], height = 0;
+    *count = 0;
     if (tree->count)
         stack[height++] = 0;
-    while (height && count <= most) {
+    while (height) {
         const int32_t index = stack[--height];
         const qni_panel_node *node = &tree->nodes[index];
         if (!meets(node, &around))
             continue;
-        if (!node->second || lies_within(node, box)) {
-            count += node->count;
+        const bool within = lies_within(node, box);
+        if (node->second && !within) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
             continue;
         }
-        stack[height++] = node->second;
-        stack[height++] = index + 1;
+        if (within && *count + node->count > most)
+            return false;
+        for (int32_t n = node->first; n < node->first + node->count; ++n) {
+            if (!within && (!panel_meets(&tree->panels[n], box) || misses(&tree->panels[n], box)))
+                continue;
+            if (*count == most)
+                return false;
+            numbers[(*count)++] = n;
+        }
     }
-    return count > most;
+    return true;
 }
 
 static double square_to_node(const qni_panel_node *node, const double p[3]) {
