@@ -78,6 +78,8 @@ double qni_panels_angle(const qni_panel *panels, const int32_t *chosen, int32_t 
 
 /* ---- panel_tree.c */
 
+/* Puts the panels in order and makes the nodes (panel_divide.c), for which there is room. */
+bool qni_panel_tree_divide(qn_context *context, qni_panel_tree *tree);
 /* Builds nodes over the panels that are there; moments too when asked for. False: no memory. */
 bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_moments);
 void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree);

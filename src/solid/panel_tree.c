@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/* The tree of boxes over panels: halves by the middle panel along the longest side. */
+/* The tree of boxes over panels: what is in a box, on a segment, near a point. */
 #include "solid/panel.h"
 
 #include <string.h>
@@ -7,7 +7,7 @@
 #include <emmintrin.h>
 #endif
 
-enum { LEAF = 4, MOST_LEVELS = 64 };
+enum { MOST_LEVELS = 64 };
 /* Dipoles stand for what is farther away than this times its radius: then the sum over all of a
  * hole's cap is right to about 5e-3. Asked only beyond the root of the field (cap_field.h). */
 static const double far_away = 6;
@@ -33,74 +33,6 @@ void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree) {
     qni_free(context, tree->moments, tree->node_capacity, sizeof *tree->moments);
     qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
     memset(tree, 0, sizeof *tree);
-}
-
-static float middle(const qni_panel *panel, int axis) {
-    float x = panel->at[0][axis], y = panel->at[1][axis], z = panel->at[2][axis];
-    return qni_least_of(x, y, z) * 0.5f + qni_most_of(x, y, z) * 0.5f;
-}
-
-static bool before(const qni_panel *a, const qni_panel *b, int axis) {
-    float x = middle(a, axis), y = middle(b, axis);
-    return x < y || (!(y < x) && a->number < b->number);
-}
-
-/* Hoare's selection: the panels before `place` come before the one at it. No two compare equal. */
-static void split_at(qni_panel *panels, int64_t first, int64_t last, int64_t place, int axis) {
-    while (first < last) {
-        qni_panel pivot = panels[first + (last - first) / 2];
-        int64_t i = first, j = last;
-        while (i <= j) {
-            while (before(&panels[i], &pivot, axis))
-                ++i;
-            while (before(&pivot, &panels[j], axis))
-                --j;
-            if (i > j)
-                break;
-            qni_panel swap = panels[i];
-            panels[i++] = panels[j];
-            panels[j--] = swap;
-        }
-        if (place <= j)
-            last = j;
-        else if (place >= i)
-            first = i;
-        else
-            return;
-    }
-}
-
-static void measure(const qni_panel_tree *tree, qni_panel_node *node) {
-    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-    for (int32_t n = node->first; n < node->first + node->count; ++n)
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) {
-                const float at = tree->panels[n].at[i][k];
-                low[k] = at < low[k] ? at : low[k];
-                high[k] = at > high[k] ? at : high[k];
-            }
-    memcpy(node->low, low, sizeof low);
-    memcpy(node->high, high, sizeof high);
-}
-
-static int32_t build(qni_panel_tree *tree, int32_t first, int32_t count) {
-    int32_t index = tree->node_count++;
-    qni_panel_node *node = &tree->nodes[index];
-    node->first = first;
-    node->count = count;
-    node->second = 0;
-    measure(tree, node);
-    if (count <= LEAF)
-        return index;
-    int axis = 0;
-    for (int k = 1; k < 3; ++k)
-        if (node->high[k] - node->low[k] > node->high[axis] - node->low[axis])
-            axis = k;
-    int32_t half = count / 2;
-    split_at(tree->panels, first, first + (int64_t)count - 1, first + half, axis);
-    build(tree, first, half);
-    node->second = build(tree, first + half, count - half);
-    return index;
 }
 
 static double edge_length(const qni_panel *panel) {
@@ -155,13 +87,9 @@ bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_m
     int64_t most = (int64_t)tree->count < 2 ? 1 : 2 * (int64_t)tree->count;
     qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
     tree->nodes = qni_alloc(context, most, sizeof *tree->nodes);
-    if (!tree->nodes) {
-        tree->node_capacity = 0;
+    tree->node_capacity = tree->nodes ? (int32_t)most : 0;
+    if (!tree->nodes || !qni_panel_tree_divide(context, tree))
         return false;
-    }
-    tree->node_capacity = (int32_t)most;
-    tree->node_count = 0;
-    build(tree, 0, tree->count);
     if (!with_moments)
         return true;
     tree->moments = qni_alloc(context, most, sizeof *tree->moments);
@@ -256,8 +184,7 @@ static bool passes_by(const segment_job *segment, const qni_panel_node *node) {
     for (int k = 0; k < 3; ++k) {
         const int l = k == 2 ? 0 : k + 1, m = k == 0 ? 2 : k - 1;
         const double a = segment->half[l], b = segment->half[m];
-        if (fabs(off[l] * b - off[m] * a) >
-            half[l] * fabs(b) + half[m] * fabs(a) + segment->slack)
+        if (fabs(off[l] * b - off[m] * a) > half[l] * fabs(b) + half[m] * fabs(a) + segment->slack)
             return true;
     }
     return false;
