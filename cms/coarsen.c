@@ -34,7 +34,7 @@ static bool visit_layer(const qni_hermite_block *block, int word, uint64_t mask,
                         sample_visit *visit, void *job) {
     const uint64_t all = block->crossed[word];
     for (uint64_t bits = all & mask; bits; bits &= bits - 1) {
-        const int rank = block->rank[word] + __builtin_popcountll(all & ((bits & -bits) - 1));
+        const int rank = block->rank[word] + qni_count_bits(all & ((bits & -bits) - 1));
         for (int n = block->starts[rank]; n < block->starts[rank + 1]; ++n)
             if (!visit(job, &block->crossings[n]))
                 return false;

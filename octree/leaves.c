@@ -115,7 +115,7 @@ qn_status qni_octree_number_leaves(qni_octree *octree, const qni_cell *large, in
     for (int64_t i = 0; i < hermite->block_count; ++i) {
         octree->bases[i] = (uint32_t)count;
         for (int word = 0; word < 8; ++word)
-            count += __builtin_popcountll(octree->starts[i][word]);
+            count += qni_count_bits(octree->starts[i][word]);
     }
     octree->small_count = count;
     for (int64_t n = 0; n < large_count; ++n)
@@ -152,9 +152,8 @@ int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell) {
         return -1;
     int64_t number = octree->bases[index];
     for (int word = 0; word < n >> 6; ++word)
-        number += __builtin_popcountll(octree->starts[index][word]);
-    return number +
-           __builtin_popcountll(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
+        number += qni_count_bits(octree->starts[index][word]);
+    return number + qni_count_bits(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
 }
 
 bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]) {

@@ -11,31 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* All three turn the upper half of the sum, of which small tables, too, take the lowest bits. */
-static uint64_t hash_place(int32_t x, int32_t y, int32_t z) {
-    const uint64_t sum = (uint64_t)(uint32_t)x * UINT64_C(0x9e3779b97f4a7c15) +
-                         (uint64_t)(uint32_t)y * UINT64_C(0xc2b2ae3d27d4eb4f) +
-                         (uint64_t)(uint32_t)z * UINT64_C(0x165667b19e3779f9);
-    return sum >> 32;
-}
-
-int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z) {
-    if (!hermite->table)
-        return -1;
-    const uint64_t mask = (uint64_t)hermite->table_size - 1;
-    for (uint64_t slot = hash_place(x, y, z) & mask;; slot = (slot + 1) & mask) {
-        const qni_block_slot *entry = &hermite->table[slot];
-        if (!entry->number)
-            return -1;
-        if (entry->place[0] == x && entry->place[1] == y && entry->place[2] == z)
-            return entry->number - 1;
-    }
-}
-
 static void put_in_table(qni_hermite *hermite, int64_t index) {
     const int32_t *place = hermite->blocks[index].place;
     const uint64_t mask = (uint64_t)hermite->table_size - 1;
-    uint64_t slot = hash_place(place[0], place[1], place[2]) & mask;
+    uint64_t slot = qni_hash_place(place[0], place[1], place[2]) & mask;
     while (hermite->table[slot].number)
         slot = (slot + 1) & mask;
     const qni_block_slot entry = {{place[0], place[1], place[2]}, (int32_t)index + 1};
@@ -101,21 +80,18 @@ qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t po
     if (!qni_bit(block->crossed, edge))
         return none;
     const uint64_t below = block->crossed[edge >> 6] & ((UINT64_C(1) << (edge & 63)) - 1);
-    const int rank = block->rank[edge >> 6] + __builtin_popcountll(below);
+    const int rank = block->rank[edge >> 6] + qni_count_bits(below);
     const int start = block->starts[rank];
     const qni_edge_crossings found = {block->crossings + start, block->base + start,
                                       block->starts[rank + 1] - start};
     return found;
 }
 
-/* Is any of the finest edges crossed that start at a point and follow each other along an axis? Up
- * to 8 of them that lie in one block. */
-static bool run_is_crossed(const qni_hermite *hermite, const int32_t point[3], int axis,
+/* Is any of the finest edges crossed that start at a point of a block and follow each other along
+ * an axis? Up to 8 of them that lie in the block. */
+static bool run_is_crossed(const qni_hermite_block *block, const int32_t point[3], int axis,
                            int32_t count) {
-    const int64_t index = qni_hermite_find(hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
-    if (index < 0)
-        return false;
-    const uint64_t *words = hermite->blocks[index].crossed + 8 * axis + (point[2] & 7);
+    const uint64_t *words = block->crossed + 8 * axis + (point[2] & 7);
     const int start = 8 * (point[1] & 7) + (point[0] & 7);
     if (axis == 0)
         return *words >> start & ((UINT64_C(1) << count) - 1);
@@ -128,16 +104,36 @@ static bool run_is_crossed(const qni_hermite *hermite, const int32_t point[3], i
     return any >> start & 1;
 }
 
+/* The block last looked at, since the next edge lies in it most often. */
+typedef struct last_block {
+    int32_t place[3];
+    const qni_hermite_block *block; /* NULL: none there */
+} last_block;
+
+static const qni_hermite_block *block_at(const qni_hermite *hermite, const int32_t point[3],
+                                         last_block *last) {
+    const int32_t x = point[0] >> 3, y = point[1] >> 3, z = point[2] >> 3;
+    if (x != last->place[0] || y != last->place[1] || z != last->place[2]) {
+        const int64_t index = qni_hermite_find(hermite, x, y, z);
+        const last_block found = {{x, y, z}, index < 0 ? NULL : &hermite->blocks[index]};
+        *last = found;
+    }
+    return last->block;
+}
+
 bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level) {
     const int32_t size = 1 << level, run = size < QNI_BLOCK ? size : QNI_BLOCK;
+    last_block last = {{INT32_MAX, 0, 0}, NULL};
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
         int32_t point[3];
         for (int k = 0; k < 3; ++k)
             point[k] = low[k] + ((corner >> k & 1) << level);
-        for (int32_t n = 0; n < size; n += run, point[axis] += run)
-            if (run_is_crossed(hermite, point, axis, run))
+        for (int32_t n = 0; n < size; n += run, point[axis] += run) {
+            const qni_hermite_block *block = block_at(hermite, point, &last);
+            if (block && run_is_crossed(block, point, axis, run))
                 return true;
+        }
     }
     return false;
 }

@@ -3,6 +3,7 @@
 #ifndef QNI_HERMITE_HERMITE_H
 #define QNI_HERMITE_HERMITE_H
 
+#include "core/bits_hd.h"
 #include "hermite/lattice.h"
 #include "hermite/region.h"
 
@@ -69,8 +70,29 @@ qn_status qni_hermite_create(qn_context *context, const qn_solid *solid, const q
                              qni_hermite *hermite, qn_error *error);
 void qni_hermite_destroy(qni_hermite *hermite);
 
+/* All three turn the upper half of the sum, of which small tables, too, take the lowest bits. */
+static inline uint64_t qni_hash_place(int32_t x, int32_t y, int32_t z) {
+    const uint64_t sum = (uint64_t)(uint32_t)x * UINT64_C(0x9e3779b97f4a7c15) +
+                         (uint64_t)(uint32_t)y * UINT64_C(0xc2b2ae3d27d4eb4f) +
+                         (uint64_t)(uint32_t)z * UINT64_C(0x165667b19e3779f9);
+    return sum >> 32;
+}
+
 /* The index of the block at a place (in blocks), or -1. */
-int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z);
+static inline int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y,
+                                       int32_t z) {
+    if (!hermite->table)
+        return -1;
+    const uint64_t mask = (uint64_t)hermite->table_size - 1;
+    for (uint64_t slot = qni_hash_place(x, y, z) & mask;; slot = (slot + 1) & mask) {
+        const qni_block_slot *entry = &hermite->table[slot];
+        if (!entry->number)
+            return -1;
+        if (entry->place[0] == x && entry->place[1] == y && entry->place[2] == z)
+            return entry->number - 1;
+    }
+}
+
 /* The crossings of the finest edge that starts at a lattice point. */
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
 /* Is any of the twelve edges of a cell crossed, over the finest lattice? A cell of 2^level finest
