@@ -145,10 +145,11 @@ typedef struct qni_nearby {
     qn_solid *parts[QNI_NEARBY_PARTS]; /* of the block's cells of levels 1 and 2; NULL: none yet */
     qn_solid *near;                    /* to the cell itself, of level 0 */
     const qn_solid *asked;             /* one of them; NULL: nobody asked yet */
+    bool united;                       /* the cell stands for a union */
 } qni_nearby;
 
 void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite);
-void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell);
+void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell, bool united);
 void qni_nearby_end(qni_nearby *nearby);
 
 /* ---- unions of cells ----------------------------------------------------------------------------

@@ -194,14 +194,20 @@ bool qni_creases_hold(const qni_patch *patch) {
     return measure_normals(patch, normals) && qni_folds_hold(patch, (const double(*)[3])normals);
 }
 
-bool qni_cell_is_explained_by(const qni_patch *patch) {
+/* Samples are looked at first: that asks the solid nothing. */
+static bool holds(const qni_patch *patch, bool of_leaf) {
     const qni_cell *cell = &patch->cell;
     const int32_t size = 1 << cell->level;
     const qni_cell_box box = {
         {cell->low[0], cell->low[1], cell->low[2]}, {size, size, size}, false};
     double normals[MOST_TRIANGLES][3];
     return measure_normals(patch, normals) && explains(patch, normals, &box) &&
+           (of_leaf || bends_are_on_surface(patch, patch->settings->tolerance)) &&
            qni_folds_hold(patch, (const double(*)[3])normals);
+}
+
+bool qni_cell_is_explained_by(const qni_patch *patch) {
+    return holds(patch, true);
 }
 
 /* The two sides of an edge of the solid, when that passes by just outside; a corner has three. */
@@ -249,8 +255,7 @@ static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell
         return false;
     if (qni_patch_triangulate(patch, &unused) != QN_OK)
         return false;
-    return loops_are_well(patch) && bends_are_on_surface(patch, patch->settings->tolerance) &&
-           qni_cell_is_explained_by(patch);
+    return loops_are_well(patch) && holds(patch, false);
 }
 
 static bool straddles(const qni_hermite *hermite, const qni_cell *cell) {

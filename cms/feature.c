@@ -186,6 +186,20 @@ static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mea
     set_apex(patch, loop, mean);
 }
 
+/* Flaws that stay, whatever comes of the loops of more than two features. */
+static int64_t sure_flaws(const qni_patch *patch) {
+    int64_t flaws = patch->dropped;
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        flaws += patch->loops[n].escaped && patch->loops[n].sharp_count <= 2;
+    return flaws;
+}
+
+/* Does it not matter where an apex is that has escaped? A coarse cell is a leaf only if its loops
+ * that escape are flat, which does not depend on it; and a trial of a union can be lost by now. */
+static bool may_forget(const qni_patch *patch) {
+    return !patch->octree || sure_flaws(patch) >= patch->most_bad;
+}
+
 /* Two features: from the middle between them to the crease itself; or to the corner of facets where
  * it bends. */
 static void place_on_crease(qni_patch *patch, qni_loop *loop) {
@@ -201,7 +215,7 @@ static void place_on_crease(qni_patch *patch, qni_loop *loop) {
         set_apex(patch, loop, point);
     else if (kink == QNI_KINK_BEYOND)
         set_escaped(patch, loop, middle, bend);
-    else if (!found && qni_patch_cross_sheets(patch, loop, middle, point))
+    else if (!found && !may_forget(patch) && qni_patch_cross_sheets(patch, loop, middle, point))
         set_escaped(patch, loop, point, NULL); /* a corner may lie unseen beyond a wall */
     else
         set_escaped(patch, loop, middle, found ? point : NULL);
@@ -309,7 +323,7 @@ void qni_patch_place_apex(qni_patch *patch, qni_loop *loop) {
 }
 
 qn_status qni_patch_place_apexes(qni_patch *patch, qni_cms_tally *tally) {
-    for (int64_t n = 0; n < patch->loop_count; ++n) {
+    for (int64_t n = 0; n < patch->loop_count && sure_flaws(patch) <= patch->most_bad; ++n) {
         qni_loop *loop = &patch->loops[n];
         qni_patch_place_apex(patch, loop);
         ++tally->loops;

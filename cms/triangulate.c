@@ -362,7 +362,7 @@ static qn_status measure(const qni_patch *patch, const qni_loop *loop, double mo
         for (int n = 0; n < 3; ++n)
             for (int k = 0; k < 3; ++k)
                 point[k] += (double)qni_patch_place(patch, triangle[n])[k] / 3;
-        if (!solid->ops->distance || !solid->ops->distance(solid, point, HUGE_VAL, &value))
+        if (!solid->ops->distance || !solid->ops->distance(solid, point, most, &value))
             QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])point, &value));
         *worst = fmax(*worst, fabs(value));
     }
