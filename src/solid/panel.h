@@ -83,6 +83,8 @@ bool qni_panel_tree_divide(qn_context *context, qni_panel_tree *tree);
 /* Builds nodes over the panels that are there; moments too when asked for. False: no memory. */
 bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_moments);
 void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree);
+/* Room for so many panels in all. */
+bool qni_panel_tree_reserve(qn_context *context, qni_panel_tree *tree, int64_t count);
 bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel);
 
 /* Calls `visit` for each panel whose box meets the box; stops and says false when it does. */

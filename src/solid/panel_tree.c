@@ -12,18 +12,23 @@ enum { MOST_LEVELS = 64 };
  * hole's cap is right to about 5e-3. Asked only beyond the root of the field (cap_field.h). */
 static const double far_away = 6;
 
+bool qni_panel_tree_reserve(qn_context *context, qni_panel_tree *tree, int64_t count) {
+    if (count <= tree->capacity)
+        return true;
+    if (count > INT32_MAX / 2)
+        return false;
+    qni_panel *panels = qni_realloc(context, tree->panels, tree->capacity, count, sizeof *panels);
+    if (!panels)
+        return false;
+    tree->panels = panels;
+    tree->capacity = (int32_t)count;
+    return true;
+}
+
 bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel) {
-    if (tree->count == tree->capacity) {
-        int64_t capacity = tree->capacity + tree->capacity / 2 + (int64_t)64;
-        if (capacity > INT32_MAX / 2)
-            return false;
-        qni_panel *panels =
-            qni_realloc(context, tree->panels, tree->capacity, capacity, sizeof *panels);
-        if (!panels)
-            return false;
-        tree->panels = panels;
-        tree->capacity = (int32_t)capacity;
-    }
+    if (tree->count == tree->capacity &&
+        !qni_panel_tree_reserve(context, tree, tree->capacity + tree->capacity / 2 + (int64_t)64))
+        return false;
     tree->panels[tree->count++] = *panel;
     return true;
 }
@@ -81,6 +86,17 @@ static void sum_moments(const qni_panel_tree *tree, int32_t index) {
     moment->radius = sqrt(square);
 }
 
+/* Leaves have two panels at least, most have more. */
+static bool trim_nodes(qn_context *context, qni_panel_tree *tree) {
+    qni_panel_node *nodes =
+        qni_realloc(context, tree->nodes, tree->node_capacity, tree->node_count, sizeof *nodes);
+    if (!nodes)
+        return false;
+    tree->nodes = nodes;
+    tree->node_capacity = tree->node_count;
+    return true;
+}
+
 bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_moments) {
     if (tree->count == 0)
         return true;
@@ -88,11 +104,11 @@ bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_m
     qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
     tree->nodes = qni_alloc(context, most, sizeof *tree->nodes);
     tree->node_capacity = tree->nodes ? (int32_t)most : 0;
-    if (!tree->nodes || !qni_panel_tree_divide(context, tree))
+    if (!tree->nodes || !qni_panel_tree_divide(context, tree) || !trim_nodes(context, tree))
         return false;
     if (!with_moments)
         return true;
-    tree->moments = qni_alloc(context, most, sizeof *tree->moments);
+    tree->moments = qni_alloc(context, tree->node_capacity, sizeof *tree->moments);
     for (int32_t n = 0; tree->moments && n < tree->node_count; ++n)
         sum_moments(tree, n);
     return tree->moments != NULL;
