@@ -5,15 +5,31 @@
 
 #include <string.h>
 
-void qni_chunk_free_made(qn_context *context, qni_chunk *chunk) {
+void qni_chunk_free_notes(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->made, chunk->made_capacity, sizeof *chunk->made);
+    qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
+    qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
+    qni_free(context, chunk->doubts, chunk->doubt_capacity, sizeof *chunk->doubts);
+    chunk->made = NULL;
+    chunk->vetoes = NULL;
+    chunk->troubles = NULL;
+    chunk->doubts = NULL;
+    chunk->made_capacity = chunk->veto_capacity = chunk->trouble_capacity = chunk->doubt_capacity =
+        0;
+}
+
+void qni_chunk_free_made(qn_context *context, qni_chunk *chunk) {
+    qni_chunk_free_notes(context, chunk);
     qni_free(context, chunk->triangles, chunk->triangle_capacity, sizeof *chunk->triangles);
     qni_free(context, chunk->owners, chunk->owner_capacity, sizeof *chunk->owners);
     qni_free(context, chunk->apexes, chunk->apex_capacity, sizeof *chunk->apexes);
     qni_free(context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
-    qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
-    qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
-    qni_free(context, chunk->doubts, chunk->doubt_capacity, sizeof *chunk->doubts);
+    chunk->triangles = NULL;
+    chunk->owners = NULL;
+    chunk->apexes = NULL;
+    chunk->creases = NULL;
+    chunk->triangle_capacity = chunk->owner_capacity = chunk->apex_capacity =
+        chunk->crease_capacity = 0;
 }
 
 /* The chunk starts with nothing made. */

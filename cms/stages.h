@@ -119,11 +119,12 @@ void qni_kept_start(qni_chunk *chunk, qni_kept_walk *walk);
 void qni_kept_skip_to(qni_kept_walk *walk, int64_t leaf);
 bool qni_kept_hand_over(qni_stages *stages, qni_kept_walk *walk, qni_chunk *chunk);
 void qni_kept_end(const qni_stages *stages, qni_kept_walk *walk);
-/* Forget what a chunk's cells made. */
+/* Forget what a chunk's cells made; only what the mesh has no part of. */
 void qni_chunk_free_made(qn_context *context, qni_chunk *chunk);
+void qni_chunk_free_notes(qn_context *context, qni_chunk *chunk);
 
-/* The mesh of all that the chunks hold (assemble.c). */
-qn_status qni_stages_assemble(qni_stages *stages, qn_mesh **mesh_out);
+/* The mesh of all that the chunks hold, which goes on the way, as do the crossings (assemble.c). */
+qn_status qni_stages_assemble(qni_stages *stages, qni_hermite *hermite, qn_mesh **mesh_out);
 
 /* Hand over what a patch holds (emit.c). False when memory ran out. */
 bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch);
@@ -165,7 +166,8 @@ qni_chunk *qni_stages_chunk_at(const qni_stages *stages, const int32_t cell[3]);
 /* Add cells to the list, as of this round. */
 qn_status qni_stages_add_vetoes(qni_stages *stages, qni_veto_list *list, const qni_cell *cells,
                                 int64_t count);
-/* The chunks' memory. */
+/* The chunks' memory: of all but what the mesh is made of; all. */
+void qni_stages_keep_shapes(qni_stages *stages);
 void qni_stages_free(qni_stages *stages);
 
 /* The question for the octree of a later round: what was answered before is not asked again. */

@@ -53,6 +53,15 @@ bool qni_hermite_enter(qni_hermite *hermite, const int32_t place[3]) {
     return true;
 }
 
+void qni_hermite_drop_crossings(qni_hermite *hermite) {
+    for (int64_t i = 0; i < hermite->block_count; ++i)
+        hermite->blocks[i].crossings = NULL;
+    qni_free(hermite->context, hermite->crossings, hermite->crossing_count,
+             sizeof *hermite->crossings);
+    hermite->crossings = NULL;
+    hermite->crossing_count = 0;
+}
+
 void qni_hermite_destroy(qni_hermite *hermite) {
     for (int64_t i = 0; i < hermite->block_count; ++i) {
         qni_hermite_block *block = &hermite->blocks[i];
@@ -61,8 +70,7 @@ void qni_hermite_destroy(qni_hermite *hermite) {
             qni_free(hermite->context, block->crossings, block->crossing_count,
                      sizeof *block->crossings);
     }
-    qni_free(hermite->context, hermite->crossings, hermite->crossing_count,
-             sizeof *hermite->crossings);
+    qni_hermite_drop_crossings(hermite);
     qni_free(hermite->context, hermite->blocks, hermite->block_capacity, sizeof *hermite->blocks);
     qni_free(hermite->context, hermite->table, hermite->table_size, sizeof *hermite->table);
     hermite->blocks = NULL;

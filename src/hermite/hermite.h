@@ -69,6 +69,8 @@ typedef struct qni_edge_crossings {
 qn_status qni_hermite_create(qn_context *context, const qn_solid *solid, const qni_lattice *lattice,
                              qni_hermite *hermite, qn_error *error);
 void qni_hermite_destroy(qni_hermite *hermite);
+/* Of a whole: they are not asked for any more. */
+void qni_hermite_drop_crossings(qni_hermite *hermite);
 
 /* All three turn the upper half of the sum, of which small tables, too, take the lowest bits. */
 static inline uint64_t qni_hash_place(int32_t x, int32_t y, int32_t z) {
