@@ -32,7 +32,9 @@ static bool take_segments(qni_stages *stages, qni_patch *patch, int64_t leaf, in
 /* The face of a cell, or of a part of it that lies against finer leaves. */
 static bool gather_face(qni_stages *stages, qni_patch *patch, const qni_cell *cell, int face,
                         bool out) {
-    if (qni_octree_divided_across(stages->octree, cell, face)) {
+    if (cell->level > 0 && qni_octree_divided_across(stages->octree, cell, face)) {
+        if (patch)
+            patch->beside_finer = true;
         const int axis = face >> 1, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
         const int32_t half = 1 << (cell->level - 1);
         for (int n = 0; n < 4; ++n) {
@@ -123,7 +125,7 @@ static bool has_twin_spokes(const qni_patch *patch, const qni_loop *loop) {
 }
 
 /* A coarse leaf is asked again with the segments that its finer neighbours gave it: the same
- * conditions as before. */
+ * conditions as before. Without any it has the triangles by which it became a leaf. */
 static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
                           const qni_cms_tally *after) {
     if (patch->cell.level == 0 || !patch->settings->features)
@@ -136,7 +138,8 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
             return false;
     }
     return before->moved_loops == after->moved_loops &&
-           before->unresolved_cells == after->unresolved_cells && qni_cell_is_explained_by(patch);
+           before->unresolved_cells == after->unresolved_cells &&
+           (!patch->beside_finer || qni_cell_is_explained_by(patch));
 }
 
 /* What gets a union its try (unite.c). */

@@ -196,6 +196,7 @@ typedef struct qni_patch {
     uint8_t youngest;   /* the last pass in which one of its segments was solved */
     int32_t size_cells; /* of a union: how many */
     int32_t dropped;    /* segments without their features */
+    bool beside_finer;  /* some segments are finer leaves' */
     int64_t most_bad;   /* a trial: with more flaws than that its triangles do not matter */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */

@@ -93,6 +93,7 @@ typedef struct distance_job {
     const qni_patch *patch;
     double (*normals)[3];
     double tolerance, facing;
+    int64_t last; /* the triangle that was near the sample before */
 } distance_job;
 
 static void difference(const float *a, const double b[3], double out[3]) {
@@ -127,19 +128,33 @@ static double triangle_distance2(const qni_patch *patch, const int32_t triangle[
         const double height = qni_dot3(normal, v[0]);
         return height * height;
     }
-    return fmin(segment_distance2(v[0], v[1]),
-                fmin(segment_distance2(v[1], v[2]), segment_distance2(v[2], v[0])));
+    double least = segment_distance2(v[0], v[1]);
+    for (int k = 1; k < 3; ++k) {
+        const double other = segment_distance2(v[k], v[(k + 1) % 3]);
+        least = other < least ? other : least;
+    }
+    return least;
+}
+
+static bool holds_sample(const distance_job *job, int64_t t, const double position[3],
+                         const double normal[3]) {
+    return qni_dot3(job->normals[t], normal) >= job->facing &&
+           triangle_distance2(job->patch, job->patch->triangles[t], job->normals[t], position) <=
+               job->tolerance * job->tolerance;
 }
 
 static bool sample_is_near(void *user, const qni_hermite_crossing *crossing) {
-    const distance_job *job = user;
+    distance_job *job = user;
     double position[3];
     qni_crossing_position(crossing, position);
+    if (job->last < job->patch->triangle_count &&
+        holds_sample(job, job->last, position, crossing->normal))
+        return true;
     for (int64_t t = 0; t < job->patch->triangle_count; ++t)
-        if (qni_dot3(job->normals[t], crossing->normal) >= job->facing &&
-            triangle_distance2(job->patch, job->patch->triangles[t], job->normals[t], position) <=
-                job->tolerance * job->tolerance)
+        if (t != job->last && holds_sample(job, t, position, crossing->normal)) {
+            job->last = t;
             return true;
+        }
     return false;
 }
 
@@ -180,7 +195,8 @@ static bool measure_normals(const qni_patch *patch, double (*normals)[3]) {
 }
 
 static bool explains(const qni_patch *patch, double (*normals)[3], const qni_cell_box *box) {
-    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
+    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine,
+                        0};
     return visit_box(patch->hermite, box, sample_is_near, &job);
 }
 

@@ -59,6 +59,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
         patch->inner_count = 0;
     patch->dropped = 0;
     patch->youngest = 0;
+    patch->beside_finer = false;
     patch->most_bad = INT64_MAX;
     patch->split = patch->flat_only = false;
 }

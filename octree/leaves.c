@@ -8,14 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-int qni_octree_level(const qni_octree *octree, const int32_t point[3]) {
-    const int64_t index =
-        qni_hermite_find(octree->hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
-    return index < 0
-               ? -1
-               : octree->levels[index][64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7)];
-}
-
 static bool has_surface(const qni_hermite *hermite, const qni_cell *cell) {
     return qni_hermite_has_crossed_edge(hermite, cell->low, cell->level);
 }
@@ -60,14 +52,32 @@ static uint64_t crossed_cells(const block_group *group, int z) {
     return crossed;
 }
 
+/* Has any finest cell of a cell of level 1 to 3 a crossed edge? Else it has none itself. */
+static bool may_have_surface(const uint64_t crossed[8], const int at[3], int level) {
+    const int side = 1 << level;
+    const uint64_t row = (UINT64_C(1) << side) - 1;
+    uint64_t any = 0;
+    for (int z = at[2]; z < at[2] + side && z < 8; ++z)
+        any |= crossed[z];
+    any >>= 8 * at[1] + at[0];
+    for (int y = 0; y < side; ++y)
+        if (any >> 8 * y & row)
+            return true;
+    return false;
+}
+
 static void mark_starts(qni_octree *octree, int64_t index) {
     const qni_hermite_block *block = &octree->hermite->blocks[index];
     const block_group group = group_of(octree->hermite, block);
+    uint64_t crossed[8];
+    for (int z = 0; z < 8; ++z)
+        crossed[z] = crossed_cells(&group, z);
     for (int n = 0; n < 512; ++n) {
         const int level = octree->levels[index][n];
         const int at[3] = {n & 7, n >> 3 & 7, n >> 6};
         const int low = level <= 3 ? (1 << level) - 1 : 0;
-        if (level == 0 || level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low))
+        if (level == 0 || level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low) ||
+            !may_have_surface(crossed, at, level))
             continue;
         const qni_cell cell = {
             {8 * block->place[0] + at[0], 8 * block->place[1] + at[1], 8 * block->place[2] + at[2]},
@@ -76,7 +86,7 @@ static void mark_starts(qni_octree *octree, int64_t index) {
             octree->starts[index][n >> 6] |= UINT64_C(1) << (n & 63);
     }
     for (int z = 0; z < 8; ++z)
-        for (uint64_t bits = crossed_cells(&group, z); bits; bits &= bits - 1)
+        for (uint64_t bits = crossed[z]; bits; bits &= bits - 1)
             if (octree->levels[index][64 * z + __builtin_ctzll(bits)] == 0)
                 octree->starts[index][z] |= bits & -bits;
 }
@@ -156,20 +166,13 @@ int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell) {
     return number + qni_count_bits(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
 }
 
-bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]) {
-    const int level = qni_octree_level(octree, point);
+bool qni_octree_is_empty_of(const qni_octree *octree, const int32_t point[3], int level) {
     if (level < 0)
         return true;
     const qni_cell leaf = {
         {point[0] >> level << level, point[1] >> level << level, point[2] >> level << level},
         level};
     return qni_octree_find_leaf(octree, &leaf) < 0;
-}
-
-qni_cell qni_cell_across(const qni_cell *cell, int face) {
-    qni_cell across = *cell;
-    across.low[face >> 1] += (face & 1 ? 1 : -1) * (1 << cell->level);
-    return across;
 }
 
 int qni_octree_level_across(const qni_octree *octree, const qni_cell *cell, int face) {

@@ -78,12 +78,12 @@ void qni_hermite_destroy(qni_hermite *hermite) {
     hermite->block_count = hermite->block_capacity = hermite->table_size = 0;
 }
 
-qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis) {
+qni_edge_crossings qni_hermite_edge_near(const qni_hermite *hermite, const int32_t point[3],
+                                         int axis, qni_last_block *last) {
     const qni_edge_crossings none = {NULL, 0, 0};
-    const int64_t index = qni_hermite_find(hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
-    if (index < 0)
+    const qni_hermite_block *block = qni_hermite_block_at(hermite, point, last);
+    if (!block)
         return none;
-    const qni_hermite_block *block = &hermite->blocks[index];
     const int edge = 512 * axis + 64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7);
     if (!qni_bit(block->crossed, edge))
         return none;
@@ -93,6 +93,11 @@ qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t po
     const qni_edge_crossings found = {block->crossings + start, block->base + start,
                                       block->starts[rank + 1] - start};
     return found;
+}
+
+qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis) {
+    qni_last_block last = QNI_NO_LAST_BLOCK;
+    return qni_hermite_edge_near(hermite, point, axis, &last);
 }
 
 /* Is any of the finest edges crossed that start at a point of a block and follow each other along
@@ -112,33 +117,16 @@ static bool run_is_crossed(const qni_hermite_block *block, const int32_t point[3
     return any >> start & 1;
 }
 
-/* The block last looked at, since the next edge lies in it most often. */
-typedef struct last_block {
-    int32_t place[3];
-    const qni_hermite_block *block; /* NULL: none there */
-} last_block;
-
-static const qni_hermite_block *block_at(const qni_hermite *hermite, const int32_t point[3],
-                                         last_block *last) {
-    const int32_t x = point[0] >> 3, y = point[1] >> 3, z = point[2] >> 3;
-    if (x != last->place[0] || y != last->place[1] || z != last->place[2]) {
-        const int64_t index = qni_hermite_find(hermite, x, y, z);
-        const last_block found = {{x, y, z}, index < 0 ? NULL : &hermite->blocks[index]};
-        *last = found;
-    }
-    return last->block;
-}
-
 bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level) {
     const int32_t size = 1 << level, run = size < QNI_BLOCK ? size : QNI_BLOCK;
-    last_block last = {{INT32_MAX, 0, 0}, NULL};
+    qni_last_block last = QNI_NO_LAST_BLOCK;
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
         int32_t point[3];
         for (int k = 0; k < 3; ++k)
             point[k] = low[k] + ((corner >> k & 1) << level);
         for (int32_t n = 0; n < size; n += run, point[axis] += run) {
-            const qni_hermite_block *block = block_at(hermite, point, &last);
+            const qni_hermite_block *block = qni_hermite_block_at(hermite, point, &last);
             if (block && run_is_crossed(block, point, axis, run))
                 return true;
         }

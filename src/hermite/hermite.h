@@ -95,8 +95,29 @@ static inline int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, in
     }
 }
 
+/* The block last looked at: what is asked next lies in it most often. */
+typedef struct qni_last_block {
+    int32_t place[3];
+    const qni_hermite_block *block; /* NULL: none there */
+} qni_last_block;
+#define QNI_NO_LAST_BLOCK                                                                          \
+    { {INT32_MAX, 0, 0}, NULL }
+
+static inline const qni_hermite_block *
+qni_hermite_block_at(const qni_hermite *hermite, const int32_t point[3], qni_last_block *last) {
+    const int32_t x = point[0] >> 3, y = point[1] >> 3, z = point[2] >> 3;
+    if (x != last->place[0] || y != last->place[1] || z != last->place[2]) {
+        const int64_t index = qni_hermite_find(hermite, x, y, z);
+        const qni_last_block found = {{x, y, z}, index < 0 ? NULL : &hermite->blocks[index]};
+        *last = found;
+    }
+    return last->block;
+}
+
 /* The crossings of the finest edge that starts at a lattice point. */
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
+qni_edge_crossings qni_hermite_edge_near(const qni_hermite *hermite, const int32_t point[3],
+                                         int axis, qni_last_block *last);
 /* Is any of the twelve edges of a cell crossed, over the finest lattice? A cell of 2^level finest
  * ones, aligned. */
 bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level);
