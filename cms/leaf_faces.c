@@ -141,6 +141,10 @@ void qni_chunk_faces(qni_stages *stages, int64_t index) {
     chunk->face_capacity = chunk->segment_capacity = chunk->segment_count = 0;
     chunk->feature_count = 0;
     chunk->status = solve_leaves(stages, chunk, &before);
+    qni_stages_trim(stages, (void **)&chunk->segments, &chunk->segment_capacity,
+                    chunk->segment_count, sizeof *chunk->segments);
+    qni_stages_trim(stages, (void **)&chunk->faces, &chunk->face_capacity,
+                    chunk->leaf_end - chunk->leaf_first, sizeof *chunk->faces);
     qni_free(stages->context, before.faces, before.face_capacity, sizeof *before.faces);
     qni_free(stages->context, before.segments, before.segment_capacity, sizeof *before.segments);
 }
