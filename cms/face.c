@@ -45,24 +45,38 @@ static void aim_lines(qni_face_job *job) {
     }
 }
 
-/* Sides 0 bottom, 1 right, walked upwards; 2 top, 3 left, walked downwards. False when there is no
- * room. */
+/* The crossings of one finest edge of a side; false when there is no room. */
+static bool gather_edge(qni_face_job *job, int side, const int32_t start[3], int axis,
+                        qni_last_block *last) {
+    const qni_edge_crossings found = qni_hermite_edge_near(job->hermite, start, axis, last);
+    if (job->count + found.count > QNI_FACE_POINTS)
+        return false;
+    for (int m = 0; m < found.count; ++m) {
+        const int item = side >= 2 ? found.count - 1 - m : m;
+        add_point(job, found.items + item, found.first + item, side);
+    }
+    return true;
+}
+
+/* Sides 0 bottom, 1 right, walked upwards; 2 top, 3 left, walked downwards; by runs that lie in one
+ * block. False when there is no room. */
 static bool gather_side(qni_face_job *job, int side, qni_last_block *last) {
     const qni_face *face = job->face;
-    const int32_t size = 1 << face->level;
+    const int32_t size = 1 << face->level, run = size < QNI_BLOCK ? size : QNI_BLOCK;
     const int axis = side & 1 ? job->q : job->p, other = side & 1 ? job->p : job->q;
     int32_t point[3] = {face->low[0], face->low[1], face->low[2]};
     point[other] += side == 1 || side == 2 ? size : 0;
-    const bool down = side >= 2;
-    for (int32_t n = 0; n < size; ++n) {
-        int32_t start[3] = {point[0], point[1], point[2]};
-        start[axis] += down ? size - 1 - n : n;
-        const qni_edge_crossings found = qni_hermite_edge_near(job->hermite, start, axis, last);
-        if (job->count + found.count > QNI_FACE_POINTS)
-            return false;
-        for (int m = 0; m < found.count; ++m) {
-            const int item = down ? found.count - 1 - m : m;
-            add_point(job, found.items + item, found.first + item, side);
+    const int32_t low = point[axis];
+    for (int32_t from = 0; from < size; from += run) {
+        const int32_t first = low + (side >= 2 ? size - run - from : from);
+        point[axis] = first;
+        unsigned crossed = qni_hermite_run(job->hermite, point, axis, run, last);
+        while (crossed) {
+            const int n = side >= 2 ? 31 - __builtin_clz(crossed) : __builtin_ctz(crossed);
+            crossed &= ~(1U << n);
+            point[axis] = first + n;
+            if (!gather_edge(job, side, point, axis, last))
+                return false;
         }
     }
     return true;

@@ -52,43 +52,28 @@ static uint64_t crossed_cells(const block_group *group, int z) {
     return crossed;
 }
 
-/* Has any finest cell of a cell of level 1 to 3 a crossed edge? Else it has none itself. */
-static bool may_have_surface(const uint64_t crossed[8], const int at[3], int level) {
-    const int side = 1 << level;
-    const uint64_t row = (UINT64_C(1) << side) - 1;
-    uint64_t any = 0;
-    for (int z = at[2]; z < at[2] + side && z < 8; ++z)
-        any |= crossed[z];
-    any >>= 8 * at[1] + at[0];
-    for (int y = 0; y < side; ++y)
-        if (any >> 8 * y & row)
-            return true;
-    return false;
-}
-
+/* Leaves with surface have finest cells with crossed edges: these lead to them. */
 static void mark_starts(qni_octree *octree, int64_t index) {
     const qni_hermite_block *block = &octree->hermite->blocks[index];
     const block_group group = group_of(octree->hermite, block);
-    uint64_t crossed[8];
+    uint64_t *starts = octree->starts[index], asked[8] = {0};
     for (int z = 0; z < 8; ++z)
-        crossed[z] = crossed_cells(&group, z);
-    for (int n = 0; n < 512; ++n) {
-        const int level = octree->levels[index][n];
-        const int at[3] = {n & 7, n >> 3 & 7, n >> 6};
-        const int low = level <= 3 ? (1 << level) - 1 : 0;
-        if (level == 0 || level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low) ||
-            !may_have_surface(crossed, at, level))
-            continue;
-        const qni_cell cell = {
-            {8 * block->place[0] + at[0], 8 * block->place[1] + at[1], 8 * block->place[2] + at[2]},
-            level};
-        if (has_surface(octree->hermite, &cell))
-            octree->starts[index][n >> 6] |= UINT64_C(1) << (n & 63);
-    }
-    for (int z = 0; z < 8; ++z)
-        for (uint64_t bits = crossed[z]; bits; bits &= bits - 1)
-            if (octree->levels[index][64 * z + __builtin_ctzll(bits)] == 0)
-                octree->starts[index][z] |= bits & -bits;
+        for (uint64_t bits = crossed_cells(&group, z); bits; bits &= bits - 1) {
+            const int at = __builtin_ctzll(bits), level = octree->levels[index][64 * z + at];
+            if (level > 3)
+                continue;
+            const int low[3] = {(at & 7) >> level << level, (at >> 3) >> level << level,
+                                z >> level << level};
+            const uint64_t bit = UINT64_C(1) << (8 * low[1] + low[0]);
+            if (asked[low[2]] & bit)
+                continue;
+            asked[low[2]] |= bit;
+            const qni_cell cell = {{8 * block->place[0] + low[0], 8 * block->place[1] + low[1],
+                                    8 * block->place[2] + low[2]},
+                                   level};
+            if (level == 0 || has_surface(octree->hermite, &cell))
+                starts[low[2]] |= bit;
+        }
 }
 
 static int compare_cells(const void *a, const void *b) {
@@ -124,8 +109,10 @@ qn_status qni_octree_number_leaves(qni_octree *octree, const qni_cell *large, in
     int64_t count = 0;
     for (int64_t i = 0; i < hermite->block_count; ++i) {
         octree->bases[i] = (uint32_t)count;
-        for (int word = 0; word < 8; ++word)
+        for (int word = 0; word < 8; ++word) {
+            octree->ranks[i][word] = (uint16_t)(count - octree->bases[i]);
             count += qni_count_bits(octree->starts[i][word]);
+        }
     }
     octree->small_count = count;
     for (int64_t n = 0; n < large_count; ++n)

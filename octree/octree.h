@@ -23,6 +23,7 @@ typedef struct qni_octree {
                           ones */
     int64_t leaf_count, small_count;
     uint64_t (*starts)[8]; /* for each block: finest cells where a leaf of level 3 or less begins */
+    uint16_t (*ranks)[8];  /* for each block: how many of them are in the layers below */
     uint32_t *bases;       /* for each block: number of its first leaf */
 } qni_octree;
 

@@ -95,6 +95,21 @@ qni_edge_crossings qni_hermite_edge_near(const qni_hermite *hermite, const int32
     return found;
 }
 
+unsigned qni_hermite_run(const qni_hermite *hermite, const int32_t point[3], int axis,
+                         int32_t count, qni_last_block *last) {
+    const qni_hermite_block *block = qni_hermite_block_at(hermite, point, last);
+    if (!block)
+        return 0;
+    const uint64_t *words = block->crossed + 8 * axis + (point[2] & 7);
+    const int start = 8 * (point[1] & 7) + (point[0] & 7);
+    unsigned run = 0;
+    if (axis == 0)
+        return (unsigned)(*words >> start & ((UINT64_C(1) << count) - 1));
+    for (int32_t n = 0; n < count; ++n)
+        run |= (unsigned)((axis == 1 ? *words >> (start + 8 * n) : words[n] >> start) & 1) << n;
+    return run;
+}
+
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis) {
     qni_last_block last = QNI_NO_LAST_BLOCK;
     return qni_hermite_edge_near(hermite, point, axis, &last);

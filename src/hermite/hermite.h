@@ -116,6 +116,10 @@ qni_hermite_block_at(const qni_hermite *hermite, const int32_t point[3], qni_las
 
 /* The crossings of the finest edge that starts at a lattice point. */
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
+/* Which of up to 8 finest edges of one block are crossed that start at a point and follow each
+ * other along an axis: a bit each. */
+unsigned qni_hermite_run(const qni_hermite *hermite, const int32_t point[3], int axis,
+                         int32_t count, qni_last_block *last);
 qni_edge_crossings qni_hermite_edge_near(const qni_hermite *hermite, const int32_t point[3],
                                          int axis, qni_last_block *last);
 /* Is any of the twelve edges of a cell crossed, over the finest lattice? A cell of 2^level finest
