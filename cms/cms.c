@@ -201,6 +201,7 @@ static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *agai
                            qn_solid_surface_report *report) {
     QN_TRY(qni_stages_cut(stages));
     QN_TRY(run_pass(stages, vetoes, 0, 0.85));
+    qni_octree_destroy(stages->octree_before); /* its leaves have told which ones are new */
     if (vetoes->added == 0)
         QN_TRY(look_closer(stages, vetoes));
     if (!*again || vetoes->added == 0)
@@ -245,6 +246,7 @@ static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsenin
         const double built = qni_seconds();
         report->seconds_octree += built - start;
         stages->octree = octree;
+        stages->octree_before = &octrees[(round + 1) % 2];
         remembered.before = octree;
         again = round + 1 < MOST_ROUNDS;
         status = run_round(stages, &vetoes, &again, report);

@@ -83,6 +83,7 @@ typedef struct qni_stages {
     qn_context *context;
     const qni_hermite *hermite;
     const qni_octree *octree;
+    qni_octree *octree_before; /* of the round before: its list of leaves, for the first pass */
     qni_cms_settings settings;
     qni_chunk *chunks;
     int64_t chunk_count;
