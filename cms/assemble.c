@@ -77,62 +77,84 @@ static void fill_chunk(const qni_stages *stages, const assembly *parts, int64_t 
                sizeof *chunk->apexes * (size_t)chunk->apex_count);
 }
 
-static void fill_mesh(const qni_stages *stages, const assembly *parts, qn_mesh *mesh) {
+static void fill_places(const qni_stages *stages, const assembly *parts, float *positions) {
     const qni_hermite *hermite = stages->hermite;
 #pragma omp parallel for schedule(static) num_threads(stages->threads)
     for (int64_t n = 0; n < hermite->crossing_count; ++n)
         if (parts->crossing_index[n] != QNI_NONE)
-            memcpy(mesh->positions + 3 * (int64_t)parts->crossing_index[n],
-                   hermite->crossings[n].place, 3 * sizeof(float));
+            memcpy(positions + 3 * (int64_t)parts->crossing_index[n], hermite->crossings[n].place,
+                   3 * sizeof(float));
 #pragma omp parallel for schedule(static) num_threads(stages->threads)
     for (int64_t n = 0; n < stages->feature_count; ++n)
         if (parts->feature_index[n] != QNI_NONE)
-            memcpy(mesh->positions + 3 * (int64_t)parts->feature_index[n],
-                   stages->features[n].place, 3 * sizeof(float));
-#pragma omp parallel for schedule(dynamic, 16) num_threads(stages->threads)
-    for (int64_t n = 0; n < stages->chunk_count; ++n)
-        fill_chunk(stages, parts, n, mesh);
+            memcpy(positions + 3 * (int64_t)parts->feature_index[n], stages->features[n].place,
+                   3 * sizeof(float));
 }
 
-static qn_status allocate_tags(qn_context *context, const assembly *parts, qn_mesh *mesh,
-                               qn_error *error) {
+static void fill_mesh(const qni_stages *stages, const assembly *parts, qn_mesh *mesh) {
+#pragma omp parallel for schedule(dynamic, 16) num_threads(stages->threads)
+    for (int64_t n = 0; n < stages->chunk_count; ++n) {
+        fill_chunk(stages, parts, n, mesh);
+        qni_chunk_free_made(stages->context, &stages->chunks[n]);
+    }
+}
+
+static qn_status allocate(qni_stages *stages, const assembly *parts, qn_mesh **mesh_out) {
+    qn_context *context = stages->context;
+    QN_TRY(qni_mesh_alloc(context, parts->crossings + parts->features + parts->apexes, 0,
+                          parts->triangles, false, mesh_out, stages->error));
+    qn_mesh *mesh = *mesh_out;
     mesh->triangle_owners = qni_alloc(context, parts->triangles, sizeof *mesh->triangle_owners);
     if (parts->creases)
         mesh->crease_edges = qni_alloc(context, parts->creases, 2 * sizeof *mesh->crease_edges);
     mesh->crease_edge_count = mesh->crease_edges ? parts->creases : 0;
-    if (!mesh->triangle_owners || (parts->creases && !mesh->crease_edges))
-        return qni_fail_memory(error, "a mesh");
-    return QN_OK;
+    if (mesh->triangle_owners && (!parts->creases || mesh->crease_edges))
+        return QN_OK;
+    qn_mesh_destroy(mesh);
+    *mesh_out = NULL;
+    return qni_fail_memory(stages->error, "a mesh");
 }
 
-static qn_status make_mesh(qni_stages *stages, assembly *parts, qn_mesh **mesh_out) {
+/* The places of crossings and features, which are given up for the mesh. */
+static float *take_places(qni_stages *stages, const assembly *parts, qni_hermite *hermite) {
+    const int64_t count = parts->crossings + parts->features;
+    float *places = qni_alloc(stages->context, count, 3 * sizeof *places);
+    if (!places)
+        return NULL;
+    fill_places(stages, parts, places);
+    qni_hermite_drop_crossings(hermite);
+    qni_return_memory(stages->context);
+    return places;
+}
+
+static qn_status make_mesh(qni_stages *stages, qni_hermite *hermite, assembly *parts,
+                           qn_mesh **mesh_out) {
     memset(parts->crossing_index, 0xff, sizeof(uint32_t) * (size_t)stages->hermite->crossing_count);
     memset(parts->feature_index, 0xff, sizeof(uint32_t) * (size_t)stages->feature_count);
     mark_used(stages, parts);
     count_parts(stages, parts);
-    qn_mesh *mesh = NULL;
-    qn_status status =
-        qni_mesh_alloc(stages->context, parts->crossings + parts->features + parts->apexes, 0,
-                       parts->triangles, false, &mesh, stages->error);
-    if (status == QN_OK)
-        status = allocate_tags(stages->context, parts, mesh, stages->error);
+    const int64_t count = parts->crossings + parts->features;
+    float *places = take_places(stages, parts, hermite);
+    if (!places)
+        return qni_fail_memory(stages->error, "a mesh");
+    const qn_status status = allocate(stages, parts, mesh_out);
     if (status == QN_OK) {
-        fill_mesh(stages, parts, mesh);
-        *mesh_out = mesh;
-    } else {
-        qn_mesh_destroy(mesh);
+        if (count)
+            memcpy((*mesh_out)->positions, places, 3 * sizeof *places * (size_t)count);
+        fill_mesh(stages, parts, *mesh_out);
     }
+    qni_free(stages->context, places, count, 3 * sizeof *places);
     return status;
 }
 
-qn_status qni_stages_assemble(qni_stages *stages, qn_mesh **mesh_out) {
+qn_status qni_stages_assemble(qni_stages *stages, qni_hermite *hermite, qn_mesh **mesh_out) {
     const int64_t crossings = stages->hermite->crossing_count, features = stages->feature_count;
     assembly parts = {
         .crossing_index = qni_alloc(stages->context, crossings, sizeof(uint32_t)),
         .feature_index = qni_alloc(stages->context, features, sizeof(uint32_t)),
     };
     const qn_status status = parts.crossing_index && parts.feature_index
-                                 ? make_mesh(stages, &parts, mesh_out)
+                                 ? make_mesh(stages, hermite, &parts, mesh_out)
                                  : qni_fail_memory(stages->error, "a mesh");
     qni_free(stages->context, parts.crossing_index, crossings, sizeof(uint32_t));
     qni_free(stages->context, parts.feature_index, features, sizeof(uint32_t));

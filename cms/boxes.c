@@ -19,24 +19,33 @@ int qni_compare_places(const int32_t a[3], const int32_t b[3]) {
 /* ---- what is remembered
  * -------------------------------------------------------------------------- */
 
-static bool is_same(const qni_cell_box *a, const qni_cell_box *b) {
-    return memcmp(a->low, b->low, sizeof a->low) == 0 &&
-           memcmp(a->size, b->size, sizeof a->size) == 0 && a->split == b->split;
+/* What is known of a box: nothing yet. */
+static qni_box_gain start_gain(const qni_cell_box *box) {
+    qni_box_gain gain = {
+        .low = {box->low[0], box->low[1], box->low[2]}, .split = box->split, .used = true};
+    for (int k = 0; k < 3; ++k)
+        gain.doubled |= (uint8_t)((box->size[k] - 1) << k);
+    return gain;
+}
+
+static bool is_same(const qni_box_gain *a, const qni_box_gain *b) {
+    return memcmp(a->low, b->low, sizeof a->low) == 0 && a->doubled == b->doubled &&
+           a->split == b->split;
 }
 
 /* Where a box is, or would be put. */
-static int64_t place_of(const qni_box_table *table, const qni_cell_box *box) {
+static int64_t place_of(const qni_box_table *table, const qni_box_gain *box) {
     uint64_t hash = box->split;
     for (int k = 0; k < 3; ++k)
-        hash = (hash ^ ((uint64_t)(uint32_t)box->low[k] << 2 | (uint64_t)(uint32_t)box->size[k])) *
+        hash = (hash ^ ((uint64_t)(uint32_t)box->low[k] << 1 | (box->doubled >> k & 1))) *
                0x9e3779b97f4a7c15u;
     int64_t at = (int64_t)(hash >> 20) & (table->capacity - 1);
-    while (table->items[at].used && !is_same(&table->items[at].box, box))
+    while (table->items[at].used && !is_same(&table->items[at], box))
         at = (at + 1) & (table->capacity - 1);
     return at;
 }
 
-static const qni_box_gain *find(const qni_box_table *table, const qni_cell_box *box) {
+static const qni_box_gain *find(const qni_box_table *table, const qni_box_gain *box) {
     if (table->count == 0)
         return NULL;
     const qni_box_gain *item = &table->items[place_of(table, box)];
@@ -44,7 +53,7 @@ static const qni_box_gain *find(const qni_box_table *table, const qni_cell_box *
 }
 
 static void put(qni_box_table *table, const qni_box_gain *item) {
-    qni_box_gain *place = &table->items[place_of(table, &item->box)];
+    qni_box_gain *place = &table->items[place_of(table, item)];
     table->count += !place->used;
     *place = *item;
 }
@@ -192,21 +201,21 @@ static int64_t inner_crossings(const qni_hermite *hermite, const qni_cell_box *b
 /* The box as one: how much better than its cells, which were judged before. Its discs must be as
  * many as the cells' discs make when they are joined at the walls between: Euler's number stays. */
 static qn_status judge_whole(const qni_box_judge *judge, const qni_cell_verdict *apart,
-                             qni_patch *patch, qni_box_gain *out) {
+                             const qni_cell_box *box, qni_patch *patch, qni_box_gain *out) {
     qni_cms_tally tally = {0};
     bool closed;
-    QN_TRY(qni_trace_patch(judge->stages, patch, -1, &out->box, &closed));
+    QN_TRY(qni_trace_patch(judge->stages, patch, -1, box, &closed));
     const int64_t inner_segments = (apart->pieces - patch->piece_count) / 2,
-                  euler = apart->loops - inner_segments +
-                          inner_crossings(judge->stages->hermite, &out->box);
+                  euler =
+                      apart->loops - inner_segments + inner_crossings(judge->stages->hermite, box);
     if (!closed || patch->traced_loops != euler || patch->dropped >= apart->bad)
         return QN_OK;
     patch->most_bad = apart->bad - 1;
     QN_TRY(qni_fill_patch(patch, &tally));
     const int64_t bad = qni_patch_flaws(patch);
-    if (bad < apart->bad && qni_box_is_explained(patch, &out->box) &&
+    if (bad < apart->bad && qni_box_is_explained(patch, box) &&
         (patch->split || !qni_patch_loops_meet(patch))) {
-        out->gain = apart->bad - bad;
+        out->gain = (int32_t)(apart->bad - bad);
         out->perfect = bad == 0;
     }
     return QN_OK;
@@ -221,13 +230,13 @@ qn_status qni_judge_box(const qni_box_judge *judge, qni_surroundings *around,
     *perfect = false;
     qn_status status = judge_members(judge, around, box, &apart);
     if (status == QN_OK && !apart.tube && apart.bad > least) { /* else never the best */
-        const qni_box_gain *known = find(&judge->known, box);
-        known = known ? known : find(&judge->fresh[thread], box);
-        qni_box_gain found = {.box = *box, .used = true};
+        qni_box_gain found = start_gain(box);
+        const qni_box_gain *known = find(&judge->known, &found);
+        known = known ? known : find(&judge->fresh[thread], &found);
         if (known) {
             found = *known;
         } else {
-            status = judge_whole(judge, &apart, patch, &found);
+            status = judge_whole(judge, &apart, box, patch, &found);
             if (status == QN_OK && !remember(judge->stages->context, &judge->fresh[thread], &found))
                 status = QN_ERROR_OUT_OF_MEMORY;
         }

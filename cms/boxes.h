@@ -10,10 +10,12 @@ enum { QNI_CELLS_AROUND = 27 };
 
 /* How much better a box comes out than its cells. */
 typedef struct qni_box_gain {
-    qni_cell_box box;
+    int32_t low[3];
+    int32_t gain;
+    uint8_t doubled; /* bits of the axes along which the box has two cells */
+    bool split;
     bool used; /* this place of the table */
     bool perfect;
-    int64_t gain;
 } qni_box_gain;
 
 /* By box; open addressing. */

@@ -32,7 +32,9 @@ static bool take_segments(qni_stages *stages, qni_patch *patch, int64_t leaf, in
 /* The face of a cell, or of a part of it that lies against finer leaves. */
 static bool gather_face(qni_stages *stages, qni_patch *patch, const qni_cell *cell, int face,
                         bool out) {
-    if (qni_octree_divided_across(stages->octree, cell, face)) {
+    if (cell->level > 0 && qni_octree_divided_across(stages->octree, cell, face)) {
+        if (patch)
+            patch->beside_finer = true;
         const int axis = face >> 1, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;
         const int32_t half = 1 << (cell->level - 1);
         for (int n = 0; n < 4; ++n) {
@@ -123,7 +125,7 @@ static bool has_twin_spokes(const qni_patch *patch, const qni_loop *loop) {
 }
 
 /* A coarse leaf is asked again with the segments that its finer neighbours gave it: the same
- * conditions as before. */
+ * conditions as before. Without any it has the triangles by which it became a leaf. */
 static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
                           const qni_cms_tally *after) {
     if (patch->cell.level == 0 || !patch->settings->features)
@@ -136,7 +138,8 @@ static bool came_out_well(const qni_patch *patch, const qni_cms_tally *before,
             return false;
     }
     return before->moved_loops == after->moved_loops &&
-           before->unresolved_cells == after->unresolved_cells && qni_cell_is_explained_by(patch);
+           before->unresolved_cells == after->unresolved_cells &&
+           (!patch->beside_finer || qni_cell_is_explained_by(patch));
 }
 
 /* What gets a union its try (unite.c). */
@@ -293,21 +296,26 @@ static qn_status cell_of_leaf(qni_stages *stages, qni_chunk *chunk, int64_t leaf
     return make_cell(stages, chunk, patch);
 }
 
+static uint16_t told(int64_t count) {
+    return count < QNI_MOST_MADE ? (uint16_t)count : QNI_MOST_MADE;
+}
+
 /* What the chunk has that it had not before. */
 static qni_leaf_made made_since(const qni_chunk *chunk, const qni_chunk *before) {
     const int64_t *now = (const int64_t *)&chunk->tally, *then = (const int64_t *)&before->tally;
     qni_leaf_made made = {
         .triangles = (uint32_t)(chunk->triangle_count - before->triangle_count),
-        .apexes = (uint32_t)(chunk->apex_count - before->apex_count),
-        .creases = (uint32_t)(chunk->crease_count - before->crease_count),
+        .apexes = told(chunk->apex_count - before->apex_count),
+        .creases = told(chunk->crease_count - before->crease_count),
         .notes = (uint8_t)((chunk->veto_count > before->veto_count ? QNI_NOTED_VETO : 0) |
                            (chunk->trouble_count > before->trouble_count ? QNI_NOTED_TROUBLE : 0) |
                            (chunk->doubt_count > before->doubt_count ? QNI_NOTED_DOUBT : 0)),
     };
     for (int n = 0; n < QNI_TALLIES; ++n) {
-        made.tally[n] = (uint8_t)(now[n] - then[n]);
-        if (now[n] - then[n] > UINT8_MAX)
+        const int64_t more = now[n] - then[n];
+        if (more > QNI_MOST_TALLY)
             made.notes |= QNI_NOT_KEPT;
+        made.tally[n / 2] |= (uint8_t)((more & QNI_MOST_TALLY) << 4 * (n % 2));
     }
     return made;
 }
@@ -321,9 +329,8 @@ static qn_status make_leaves(qni_stages *stages, qni_chunk *chunk, qni_kept_walk
     for (int64_t leaf = chunk->leaf_first; leaf < chunk->leaf_end; ++leaf) {
         const qni_chunk so_far = *chunk;
         const int64_t was = qni_leaf_before(stages, chunk, &stages->octree->leaves[leaf], &from);
-        if (was >= 0)
-            qni_kept_skip_to(walk, was);
-        const bool may_keep = was >= 0 && !(walk->before.made[was].notes & QNI_NOT_KEPT);
+        const bool may_keep = was >= 0 && qni_kept_skip_to(walk, was) &&
+                              !(walk->before.made[was].notes & QNI_NOT_KEPT);
         QN_TRY(cell_of_leaf(stages, chunk, leaf, patch, may_keep ? walk : NULL));
         chunk->made[leaf - chunk->leaf_first] = made_since(chunk, &so_far);
     }
@@ -337,6 +344,7 @@ void qni_chunk_cells(qni_stages *stages, int64_t index) {
         qni_kept_start(chunk, &walk);
         chunk->status = make_leaves(stages, chunk, &walk);
         qni_kept_end(stages, &walk);
+        qni_chunk_trim_made(stages, chunk);
     }
     chunk->before = stages->octree->leaves + chunk->leaf_first;
     chunk->before_count = chunk->leaf_end - chunk->leaf_first;

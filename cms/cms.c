@@ -196,11 +196,12 @@ static qn_status look_closer(qni_stages *stages, qni_veto_list *vetoes) {
     return QN_OK;
 }
 
-/* `mesh_out` stays NULL when some leaves must be divided first and `again` is set. */
+/* `again` stays set when some leaves must be divided first. */
 static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *again,
-                           qn_mesh **mesh_out, qn_solid_surface_report *report) {
+                           qn_solid_surface_report *report) {
     QN_TRY(qni_stages_cut(stages));
     QN_TRY(run_pass(stages, vetoes, 0, 0.85));
+    qni_octree_destroy(stages->octree_before); /* its leaves have told which ones are new */
     if (vetoes->added == 0)
         QN_TRY(look_closer(stages, vetoes));
     if (!*again || vetoes->added == 0)
@@ -214,7 +215,6 @@ static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *agai
     report->divided_leaves = vetoes->count - vetoes->added;
     report->skipped_steps = stages->skipped_steps;
     QN_TRY(audit(stages, &report->segments));
-    QN_TRY(qni_stages_assemble(stages, mesh_out));
     report_faces(stages, report);
     report_cells(stages, report);
     report_sources(stages, report);
@@ -224,7 +224,7 @@ static qn_status run_round(qni_stages *stages, qni_veto_list *vetoes, bool *agai
 /* Octree, faces and cells; again, where it changes something, while leaves must be divided, which
  * ends since finest ones never must. */
 static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsening, bool uniform,
-                                   qn_mesh **mesh_out, qn_solid_surface_report *report) {
+                                   qn_solid_surface_report *report) {
     qn_context *context = stages->context;
     const qni_hermite *hermite = stages->hermite;
     qni_octree octrees[2] = {{.hermite = hermite}, {.hermite = hermite}};
@@ -246,25 +246,25 @@ static qn_status divide_until_well(qni_stages *stages, qni_coarsening *coarsenin
         const double built = qni_seconds();
         report->seconds_octree += built - start;
         stages->octree = octree;
+        stages->octree_before = &octrees[(round + 1) % 2];
         remembered.before = octree;
         again = round + 1 < MOST_ROUNDS;
-        status = run_round(stages, &vetoes, &again, mesh_out, report);
+        status = run_round(stages, &vetoes, &again, report);
         report->seconds_cms += qni_seconds() - built;
     }
     report->scratch_bytes = qn_context_memory(context).current_bytes;
     qni_unions_free(stages);
     qni_close_free(stages);
-    qni_stages_free(stages);
     for (int n = 0; n < 2; ++n)
         qni_octree_destroy(&octrees[n]);
     qni_free(context, vetoes.items, vetoes.count, sizeof *vetoes.items);
     return status;
 }
 
-/* Octree and all that follows, with one scratch patch for each thread. */
-static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_settings *settings,
-                                    bool uniform, qn_mesh **mesh_out,
-                                    qn_solid_surface_report *report, qn_error *error) {
+/* Leaves and their shapes, with one scratch patch for each thread. */
+static qn_status make_shapes(qni_stages *stages, const qni_hermite *hermite,
+                             const qni_cms_settings *settings, bool uniform,
+                             qn_solid_surface_report *report, qn_error *error) {
     qn_context *context = hermite->context;
     const int32_t threads = qn_context_threads(context);
     qni_patch *patches = qni_alloc_zero(context, threads, sizeof *patches);
@@ -274,21 +274,38 @@ static qn_status surface_of_hermite(const qni_hermite *hermite, const qni_cms_se
     for (int32_t n = 0; patches && n < threads; ++n)
         qni_patch_start(&patches[n], context, hermite, settings);
     qni_coarsening coarsening = {hermite, settings, patches, stores, NULL, 0};
-    qni_stages stages = {.context = context,
-                         .hermite = hermite,
-                         .settings = *settings,
-                         .patches = patches,
-                         .solutions = solutions,
-                         .threads = threads,
-                         .unite = settings->features && !settings->scalar,
-                         .error = error};
+    const qni_stages start = {.context = context,
+                              .hermite = hermite,
+                              .settings = *settings,
+                              .patches = patches,
+                              .solutions = solutions,
+                              .threads = threads,
+                              .unite = settings->features && !settings->scalar,
+                              .error = error};
+    *stages = start;
     if (status == QN_OK)
-        status = divide_until_well(&stages, &coarsening, uniform, mesh_out, report);
+        status = divide_until_well(stages, &coarsening, uniform, report);
     for (int32_t n = 0; patches && n < threads; ++n)
         qni_patch_free(&patches[n]);
     qni_free(context, patches, threads, sizeof *patches);
     qni_free(context, solutions, threads, sizeof *solutions);
     qni_free(context, stores, threads, sizeof *stores);
+    return status;
+}
+
+/* Octree and all that follows; the crossings are of no use after that, and go on the way. */
+static qn_status surface_of_hermite(qni_hermite *hermite, const qni_cms_settings *settings,
+                                    bool uniform, qn_mesh **mesh_out,
+                                    qn_solid_surface_report *report, qn_error *error) {
+    qni_stages stages;
+    qn_status status = make_shapes(&stages, hermite, settings, uniform, report, error);
+    if (status == QN_OK) {
+        const double start = qni_seconds();
+        qni_stages_keep_shapes(&stages);
+        status = qni_stages_assemble(&stages, hermite, mesh_out);
+        report->seconds_cms += qni_seconds() - start;
+    }
+    qni_stages_free(&stages);
     return status;
 }
 
@@ -434,6 +451,7 @@ qn_status qni_cms_surface(qn_context *context, const qni_cms_job *job,
     const qni_cms_settings settings = settings_of(job, &lattice, options);
     qn_status status = surface_of_crossings(&hermite, &settings, options, mesh_out, report, error);
     qni_hermite_destroy(&hermite);
+    qni_return_memory(context);
     if (status == QN_OK && settings.features && !options->uniform && !options->keep_flat)
         status = merge_flat(context, lattice.cell, mesh_out, report, error);
     if (status != QN_OK)
@@ -443,7 +461,7 @@ qn_status qni_cms_surface(qn_context *context, const qni_cms_job *job,
     report->crease_edges = (*mesh_out)->crease_edge_count;
     report->output_bytes =
         12 * report->vertices + 16 * report->triangles + 8 * report->crease_edges;
-    report->scratch_bytes -= held + report->output_bytes;
+    report->scratch_bytes -= held;
     report->seconds_total = qni_seconds() - start;
     return QN_OK;
 }

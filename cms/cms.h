@@ -145,10 +145,11 @@ typedef struct qni_nearby {
     qn_solid *parts[QNI_NEARBY_PARTS]; /* of the block's cells of levels 1 and 2; NULL: none yet */
     qn_solid *near;                    /* to the cell itself, of level 0 */
     const qn_solid *asked;             /* one of them; NULL: nobody asked yet */
+    bool united;                       /* the cell stands for a union */
 } qni_nearby;
 
 void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite);
-void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell);
+void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell, bool united);
 void qni_nearby_end(qni_nearby *nearby);
 
 /* ---- unions of cells ----------------------------------------------------------------------------
@@ -195,6 +196,7 @@ typedef struct qni_patch {
     uint8_t youngest;   /* the last pass in which one of its segments was solved */
     int32_t size_cells; /* of a union: how many */
     int32_t dropped;    /* segments without their features */
+    bool beside_finer;  /* some segments are finer leaves' */
     int64_t most_bad;   /* a trial: with more flaws than that its triangles do not matter */
     float low[3], high[3];
     float clear_low[3], clear_high[3]; /* inner points keep within */
@@ -266,8 +268,6 @@ bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const 
 /* Cut the one loop of a finest cell, or union, in parts that come out well (split.c); false when
  * that is not found. */
 bool qni_patch_split(qni_patch *patch);
-/* Is a point on the surface, to first order? */
-bool qni_patch_on_surface(const qni_patch *patch, const double point[3], double tolerance);
 /* Triangles of all loops (triangulate.c); in a cell of several loops they are kept apart
  * (separate.c). */
 void qni_patch_fan(qni_patch *patch, qni_loop *loop);
@@ -328,6 +328,8 @@ bool qni_surface_along(const qn_solid *solid, const double at[3], const double n
                        const double target[3], const double direction[3], double reach,
                        double crease_cosine, double at_out[3], double normal_out[3]);
 
+/* Is a point within a distance of the surface, to first order (near.c)? */
+bool qni_is_on_surface(const qn_solid *solid, const double point[3], double tolerance);
 /* Is a point on the surface, and are the ways to it from points whose tangent planes meet in it,
  * where they come near it? Then what meets there is flat, and the point need not be looked for any
  * closer (near.c). */

@@ -34,7 +34,7 @@ static bool visit_layer(const qni_hermite_block *block, int word, uint64_t mask,
                         sample_visit *visit, void *job) {
     const uint64_t all = block->crossed[word];
     for (uint64_t bits = all & mask; bits; bits &= bits - 1) {
-        const int rank = block->rank[word] + __builtin_popcountll(all & ((bits & -bits) - 1));
+        const int rank = block->rank[word] + qni_count_bits(all & ((bits & -bits) - 1));
         for (int n = block->starts[rank]; n < block->starts[rank + 1]; ++n)
             if (!visit(job, &block->crossings[n]))
                 return false;
@@ -93,6 +93,7 @@ typedef struct distance_job {
     const qni_patch *patch;
     double (*normals)[3];
     double tolerance, facing;
+    int64_t last; /* the triangle that was near the sample before */
 } distance_job;
 
 static void difference(const float *a, const double b[3], double out[3]) {
@@ -127,19 +128,33 @@ static double triangle_distance2(const qni_patch *patch, const int32_t triangle[
         const double height = qni_dot3(normal, v[0]);
         return height * height;
     }
-    return fmin(segment_distance2(v[0], v[1]),
-                fmin(segment_distance2(v[1], v[2]), segment_distance2(v[2], v[0])));
+    double least = segment_distance2(v[0], v[1]);
+    for (int k = 1; k < 3; ++k) {
+        const double other = segment_distance2(v[k], v[(k + 1) % 3]);
+        least = other < least ? other : least;
+    }
+    return least;
+}
+
+static bool holds_sample(const distance_job *job, int64_t t, const double position[3],
+                         const double normal[3]) {
+    return qni_dot3(job->normals[t], normal) >= job->facing &&
+           triangle_distance2(job->patch, job->patch->triangles[t], job->normals[t], position) <=
+               job->tolerance * job->tolerance;
 }
 
 static bool sample_is_near(void *user, const qni_hermite_crossing *crossing) {
-    const distance_job *job = user;
+    distance_job *job = user;
     double position[3];
     qni_crossing_position(crossing, position);
+    if (job->last < job->patch->triangle_count &&
+        holds_sample(job, job->last, position, crossing->normal))
+        return true;
     for (int64_t t = 0; t < job->patch->triangle_count; ++t)
-        if (qni_dot3(job->normals[t], crossing->normal) >= job->facing &&
-            triangle_distance2(job->patch, job->patch->triangles[t], job->normals[t], position) <=
-                job->tolerance * job->tolerance)
+        if (t != job->last && holds_sample(job, t, position, crossing->normal)) {
+            job->last = t;
             return true;
+        }
     return false;
 }
 
@@ -155,19 +170,9 @@ static void unit_normal(const qni_patch *patch, const int32_t triangle[3], doubl
         normal[k] = length > 0 ? normal[k] / length : 0;
 }
 
-/* Is the point on the surface, to first order? */
 static bool is_on_surface(const qni_patch *patch, const float place[3], double tolerance) {
-    const qn_solid *solid = patch->solid;
     const double point[3] = {(double)place[0], (double)place[1], (double)place[2]};
-    double value, gradient[3];
-    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK)
-        return false;
-    if (value == 0)
-        return true;
-    if (solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
-        QN_OK)
-        return false;
-    return fabs(value) <= tolerance * sqrt(qni_dot3(gradient, gradient));
+    return qni_is_on_surface(patch->solid, point, tolerance);
 }
 
 static bool bends_are_on_surface(const qni_patch *patch, double tolerance) {
@@ -190,7 +195,8 @@ static bool measure_normals(const qni_patch *patch, double (*normals)[3]) {
 }
 
 static bool explains(const qni_patch *patch, double (*normals)[3], const qni_cell_box *box) {
-    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine};
+    distance_job job = {patch, normals, patch->settings->tolerance, patch->settings->facing_cosine,
+                        0};
     return visit_box(patch->hermite, box, sample_is_near, &job);
 }
 
@@ -205,14 +211,20 @@ bool qni_creases_hold(const qni_patch *patch, double least) {
            qni_folds_hold(patch, (const double(*)[3])normals, least);
 }
 
-bool qni_cell_is_explained_by(const qni_patch *patch) {
+/* Samples are looked at first: that asks the solid nothing. */
+static bool holds(const qni_patch *patch, bool of_leaf) {
     const qni_cell *cell = &patch->cell;
     const int32_t size = 1 << cell->level;
     const qni_cell_box box = {
         {cell->low[0], cell->low[1], cell->low[2]}, {size, size, size}, false};
     double normals[MOST_TRIANGLES][3];
     return measure_normals(patch, normals) && explains(patch, normals, &box) &&
+           (of_leaf || bends_are_on_surface(patch, patch->settings->tolerance)) &&
            qni_folds_hold(patch, (const double(*)[3])normals, patch->settings->tolerance);
+}
+
+bool qni_cell_is_explained_by(const qni_patch *patch) {
+    return holds(patch, true);
 }
 
 /* The two sides of an edge of the solid, when that passes by just outside; a corner has three. */
@@ -260,8 +272,7 @@ static bool is_explained(qni_patch *patch, qni_face_store *store, const qni_cell
         return false;
     if (qni_patch_triangulate(patch, &unused) != QN_OK)
         return false;
-    return loops_are_well(patch) && bends_are_on_surface(patch, patch->settings->tolerance) &&
-           qni_cell_is_explained_by(patch);
+    return loops_are_well(patch) && holds(patch, false);
 }
 
 static bool straddles(const qni_hermite *hermite, const qni_cell *cell) {

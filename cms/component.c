@@ -59,6 +59,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
         patch->inner_count = 0;
     patch->dropped = 0;
     patch->youngest = 0;
+    patch->beside_finer = false;
     patch->most_bad = INT64_MAX;
     patch->split = patch->flat_only = false;
 }
@@ -66,7 +67,7 @@ static void start_box(qni_patch *patch, const qni_cell *cell, const int32_t size
 void qni_patch_set_cell(qni_patch *patch, const qni_cell *cell) {
     const int32_t width = 1 << cell->level, size[3] = {width, width, width};
     start_box(patch, cell, size);
-    qni_nearby_set_cell(&patch->nearby, cell);
+    qni_nearby_set_cell(&patch->nearby, cell, false);
     patch->united = false;
     patch->may_split = cell->level == 0;
 }
@@ -75,7 +76,7 @@ void qni_patch_set_union(qni_patch *patch, const qni_cell_box *box) {
     const qni_cell lowest = {{box->low[0], box->low[1], box->low[2]}, 0};
     const qni_cell about = {{box->low[0], box->low[1], box->low[2]}, 1}; /* as large as any union */
     start_box(patch, &lowest, box->size);
-    qni_nearby_set_cell(&patch->nearby, &about);
+    qni_nearby_set_cell(&patch->nearby, &about, true);
     patch->united = true;
     patch->size_cells = box->size[0] * box->size[1] * box->size[2];
     patch->may_split = box->split;

@@ -20,6 +20,17 @@ bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_
     return true;
 }
 
+void qni_stages_trim(qni_stages *stages, void **items, int64_t *capacity, int64_t count,
+                     size_t size) {
+    if (*capacity == count || !*items)
+        return;
+    void *fresh = qni_realloc(stages->context, *items, *capacity, count, size);
+    if (!fresh)
+        return; /* it stays as it is */
+    *items = fresh;
+    *capacity = count;
+}
+
 static uint32_t ref_of(const qni_patch *patch, int32_t vertex, const uint32_t *apex_refs,
                        int64_t inner_first) {
     if (vertex < 0)

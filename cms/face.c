@@ -24,11 +24,8 @@ static void add_point(qni_face_job *job, const qni_hermite_crossing *crossing, i
     const int axes[2] = {job->p, job->q};
     double position[3];
     qni_crossing_position(crossing, position);
-    const double length = hypot(crossing->normal[job->p], crossing->normal[job->q]);
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < 2; ++k)
         point->line.at[k] = position[axes[k]];
-        point->line.normal[k] = length > 0 ? crossing->normal[axes[k]] / length : 0;
-    }
     memcpy(point->line.space_normal, crossing->normal, sizeof point->line.space_normal);
     point->line.owner = crossing->owner;
     point->crossing = crossing;
@@ -37,24 +34,49 @@ static void add_point(qni_face_job *job, const qni_hermite_crossing *crossing, i
     point->enters = side < 2 ? crossing->enters : !crossing->enters;
 }
 
-/* Sides 0 bottom, 1 right, walked upwards; 2 top, 3 left, walked downwards. False when there is no
- * room. */
-static bool gather_side(qni_face_job *job, int side) {
+/* The directions of the lines in the face. */
+static void aim_lines(qni_face_job *job) {
+    for (int n = 0; n < job->count; ++n) {
+        const double *normal = job->points[n].crossing->normal;
+        double *own = job->points[n].line.normal;
+        const double length = hypot(normal[job->p], normal[job->q]);
+        own[0] = length > 0 ? normal[job->p] / length : 0;
+        own[1] = length > 0 ? normal[job->q] / length : 0;
+    }
+}
+
+/* The crossings of one finest edge of a side; false when there is no room. */
+static bool gather_edge(qni_face_job *job, int side, const int32_t start[3], int axis,
+                        qni_last_block *last) {
+    const qni_edge_crossings found = qni_hermite_edge_near(job->hermite, start, axis, last);
+    if (job->count + found.count > QNI_FACE_POINTS)
+        return false;
+    for (int m = 0; m < found.count; ++m) {
+        const int item = side >= 2 ? found.count - 1 - m : m;
+        add_point(job, found.items + item, found.first + item, side);
+    }
+    return true;
+}
+
+/* Sides 0 bottom, 1 right, walked upwards; 2 top, 3 left, walked downwards; by runs that lie in one
+ * block. False when there is no room. */
+static bool gather_side(qni_face_job *job, int side, qni_last_block *last) {
     const qni_face *face = job->face;
-    const int32_t size = 1 << face->level;
+    const int32_t size = 1 << face->level, run = size < QNI_BLOCK ? size : QNI_BLOCK;
     const int axis = side & 1 ? job->q : job->p, other = side & 1 ? job->p : job->q;
     int32_t point[3] = {face->low[0], face->low[1], face->low[2]};
     point[other] += side == 1 || side == 2 ? size : 0;
-    const bool down = side >= 2;
-    for (int32_t n = 0; n < size; ++n) {
-        int32_t start[3] = {point[0], point[1], point[2]};
-        start[axis] += down ? size - 1 - n : n;
-        const qni_edge_crossings found = qni_hermite_edge(job->hermite, start, axis);
-        if (job->count + found.count > QNI_FACE_POINTS)
-            return false;
-        for (int m = 0; m < found.count; ++m) {
-            const int item = down ? found.count - 1 - m : m;
-            add_point(job, found.items + item, found.first + item, side);
+    const int32_t low = point[axis];
+    for (int32_t from = 0; from < size; from += run) {
+        const int32_t first = low + (side >= 2 ? size - run - from : from);
+        point[axis] = first;
+        unsigned crossed = qni_hermite_run(job->hermite, point, axis, run, last);
+        while (crossed) {
+            const int n = side >= 2 ? 31 - __builtin_clz(crossed) : __builtin_ctz(crossed);
+            crossed &= ~(1U << n);
+            point[axis] = first + n;
+            if (!gather_edge(job, side, point, axis, last))
+                return false;
         }
     }
     return true;
@@ -136,10 +158,11 @@ static void add_sharp(const qni_face_job *job, qni_face_solution *solution, qni_
     }
 }
 
+static const double high_step = 0.5; /* 30 degrees */
+
 /* The trace of a pair, if it needs one; false when that is not found. */
 static bool trace_pair(const qni_face_job *job, const qni_face_point *enter,
                        const qni_face_point *leave, qni_trace *trace) {
-    static const double high_step = 0.5; /* 30 degrees */
     trace->count = 0;
     if (!job->settings->features || (job->closely && qni_trace_step(job, enter, leave, trace)))
         return true;
@@ -225,6 +248,19 @@ static void solve_ambiguous(qni_face_job *job, qni_face_solution *solution) {
     solve_pairing(job, solution);
 }
 
+/* Two crossings, as most faces have that have any, with a chord that nothing speaks against. */
+static bool solve_plain(const qni_face_job *job, qni_face_solution *solution) {
+    const qni_face_point *enter = &job->points[job->points[0].enters ? 0 : 1],
+                         *leave = &job->points[job->points[0].enters ? 1 : 0];
+    if (job->count != 2 || job->closely || enter->side == leave->side ||
+        qni_pair_is_sharp(job, enter, leave) ||
+        (job->settings->features && !(qni_pair_step(job, enter, leave) <= high_step)))
+        return false;
+    const qni_segment chord = {.from = enter->number, .to = leave->number};
+    solution->segments[solution->count++] = chord;
+    return true;
+}
+
 void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
                     const qni_cms_settings *settings, const qni_face *face, bool closely,
                     qni_face_solution *solution) {
@@ -242,16 +278,18 @@ void qni_solve_face(const qni_hermite *hermite, const qn_solid *solid,
     job.count = 0;
     solution->count = solution->feature_count = solution->dropped = 0;
     solution->ambiguous = solution->unresolved = solution->broken = false;
+    qni_last_block last = QNI_NO_LAST_BLOCK;
     for (int side = 0; side < 4; ++side)
-        if (!gather_side(&job, side)) {
+        if (!gather_side(&job, side, &last)) {
             solution->broken = true;
             return;
         }
     if (job.count == 0)
         return;
     solution->broken = !alternates(&job);
-    if (solution->broken)
+    if (solution->broken || solve_plain(&job, solution))
         return;
+    aim_lines(&job);
     for (int k = 0; k < 2; ++k) {
         const int axis = k ? job.q : job.p;
         job.low[k] = qni_lattice_at(&hermite->lattice, axis, face->low[axis]);

@@ -95,29 +95,48 @@ static void set_apex(const qni_patch *patch, qni_loop *loop, const double point[
     loop->has_apex = true;
 }
 
+/* Is the point on the surface? Where distances are known that costs less than a value. */
+static bool is_there(const qni_patch *patch, const double point[3]) {
+    const double most = near_enough * patch->size;
+    double distance;
+    return patch->solid->ops->distance &&
+           patch->solid->ops->distance(patch->solid, point, most, &distance) && distance <= most;
+}
+
+/* One step from a point; false when the gradient does not say where to. */
+static bool step_onto_surface(double value, const double gradient[3], double at[3]) {
+    const double square = qni_dot3(gradient, gradient);
+    if (!(square > 0) || !isfinite(square))
+        return false;
+    for (int k = 0; k < 3; ++k)
+        at[k] -= value * gradient[k] / square;
+    return true;
+}
+
+static bool stays_near(const qni_patch *patch, const double point[3], const double at[3]) {
+    double length = 0;
+    for (int k = 0; k < 3; ++k)
+        length = fmax(length, fabs(at[k] - point[k]));
+    return length < 0.5 * patch->size && qni_patch_holds(patch, at);
+}
+
 /* A few Newton steps onto the surface; what leaves the cell's middle, or does not help, is not
  * taken. */
 static qn_status move_onto_surface(const qni_patch *patch, double point[3]) {
     const qn_solid *solid = patch->solid;
-    double at[3] = {point[0], point[1], point[2]}, first = 0, value = 0;
-    for (int step = 0; step <= NEWTON_STEPS; ++step) {
-        QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])at, &value));
-        first = step == 0 ? fabs(value) : first;
-        if (step == NEWTON_STEPS || fabs(value) <= near_enough * patch->size)
-            break;
-        double gradient[3];
-        QN_TRY(
-            solid->ops->gradients(solid, 1, (const double(*)[3])at, (double(*)[3])gradient, NULL));
-        const double square = qni_dot3(gradient, gradient);
-        if (!(square > 0) || !isfinite(square))
+    double at[3] = {point[0], point[1], point[2]}, first, value, gradient[3];
+    int32_t owner;
+    QN_TRY(qni_solid_first_order(solid, at, &value, gradient, &owner));
+    first = fabs(value);
+    for (int step = 0; step < NEWTON_STEPS && fabs(value) > near_enough * patch->size; ++step) {
+        if (step > 0)
+            QN_TRY(solid->ops->gradients(solid, 1, (const double(*)[3])at, (double(*)[3])gradient,
+                                         NULL));
+        if (!step_onto_surface(value, gradient, at) || !stays_near(patch, point, at))
             return QN_OK;
-        double length = 0;
-        for (int k = 0; k < 3; ++k) {
-            at[k] -= value * gradient[k] / square;
-            length = fmax(length, fabs(at[k] - point[k]));
-        }
-        if (!(length < 0.5 * patch->size) || !qni_patch_holds(patch, at))
-            return QN_OK;
+        value = 0;
+        if (!is_there(patch, at))
+            QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])at, &value));
     }
     if (fabs(value) < first)
         memcpy(point, at, sizeof at);
@@ -197,6 +216,20 @@ static double distance_to_crease(const qni_patch *patch, const qni_loop *loop,
     return least;
 }
 
+/* Flaws that stay, whatever comes of the loops of more than two features. */
+static int64_t sure_flaws(const qni_patch *patch) {
+    int64_t flaws = patch->dropped;
+    for (int64_t n = 0; n < patch->loop_count; ++n)
+        flaws += patch->loops[n].escaped && patch->loops[n].sharp_count <= 2;
+    return flaws;
+}
+
+/* Does it not matter where an apex is that has escaped? A coarse cell is a leaf only if its loops
+ * that escape are flat, which does not depend on it; and a trial of a union can be lost by now. */
+static bool may_forget(const qni_patch *patch) {
+    return !patch->octree || sure_flaws(patch) >= patch->most_bad;
+}
+
 /* Two features: from the middle between them to the crease itself; or to the corner of facets where
  * it bends. Facets that no crossing knows are asked for where it seems to bend. A corner beyond a
  * wall counts when the crease would miss it. */
@@ -219,7 +252,7 @@ static void place_on_crease(qni_patch *patch, qni_loop *loop) {
         set_apex(patch, loop, point);
     else if (kink == QNI_KINK_BEYOND)
         set_escaped(patch, loop, middle, bend);
-    else if (!found && qni_patch_cross_sheets(patch, loop, middle, point))
+    else if (!found && !may_forget(patch) && qni_patch_cross_sheets(patch, loop, middle, point))
         set_escaped(patch, loop, point, NULL); /* a corner may lie unseen beyond a wall */
     else
         set_escaped(patch, loop, middle, found ? point : NULL);
@@ -304,7 +337,7 @@ static void place_featureless(qni_patch *patch, qni_loop *loop) {
         mean_of(patch, loop, false, mean);
         if (solve_about(patch, loop, 3, mean, point) && qni_patch_holds(patch, point) &&
             largest_height(patch, loop, point) < 1e-3 * patch->size &&
-            qni_patch_on_surface(patch, point, 1e-3 * patch->size)) {
+            qni_is_on_surface(patch->solid, point, 1e-3 * patch->size)) {
             loop->clusters = 3;
             set_apex(patch, loop, point);
             return;
@@ -327,7 +360,7 @@ void qni_patch_place_apex(qni_patch *patch, qni_loop *loop) {
 }
 
 qn_status qni_patch_place_apexes(qni_patch *patch, qni_cms_tally *tally) {
-    for (int64_t n = 0; n < patch->loop_count; ++n) {
+    for (int64_t n = 0; n < patch->loop_count && sure_flaws(patch) <= patch->most_bad; ++n) {
         qni_loop *loop = &patch->loops[n];
         qni_patch_place_apex(patch, loop);
         ++tally->loops;

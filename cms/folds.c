@@ -91,7 +91,7 @@ static bool fold_holds(const qni_patch *patch, const fold *edge, double least) {
             continue;
         for (int k = 0; k < 3; ++k)
             point[k] = edge->ends[0][k] + share * (edge->ends[1][k] - edge->ends[0][k]);
-        if (!qni_patch_on_surface(patch, point, beside) ||
+        if (!qni_is_on_surface(patch->solid, point, beside) ||
             !sides_hold(patch->solid, edge, point, beside))
             return false;
     }

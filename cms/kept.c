@@ -5,15 +5,46 @@
 
 #include <string.h>
 
-void qni_chunk_free_made(qn_context *context, qni_chunk *chunk) {
+void qni_chunk_free_notes(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->made, chunk->made_capacity, sizeof *chunk->made);
+    qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
+    qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
+    qni_free(context, chunk->doubts, chunk->doubt_capacity, sizeof *chunk->doubts);
+    chunk->made = NULL;
+    chunk->vetoes = NULL;
+    chunk->troubles = NULL;
+    chunk->doubts = NULL;
+    chunk->made_capacity = chunk->veto_capacity = chunk->trouble_capacity = chunk->doubt_capacity =
+        0;
+}
+
+void qni_chunk_free_made(qn_context *context, qni_chunk *chunk) {
+    qni_chunk_free_notes(context, chunk);
     qni_free(context, chunk->triangles, chunk->triangle_capacity, sizeof *chunk->triangles);
     qni_free(context, chunk->owners, chunk->owner_capacity, sizeof *chunk->owners);
     qni_free(context, chunk->apexes, chunk->apex_capacity, sizeof *chunk->apexes);
     qni_free(context, chunk->creases, chunk->crease_capacity, sizeof *chunk->creases);
-    qni_free(context, chunk->vetoes, chunk->veto_capacity, sizeof *chunk->vetoes);
-    qni_free(context, chunk->troubles, chunk->trouble_capacity, sizeof *chunk->troubles);
-    qni_free(context, chunk->doubts, chunk->doubt_capacity, sizeof *chunk->doubts);
+    chunk->triangles = NULL;
+    chunk->owners = NULL;
+    chunk->apexes = NULL;
+    chunk->creases = NULL;
+    chunk->triangle_capacity = chunk->owner_capacity = chunk->apex_capacity =
+        chunk->crease_capacity = 0;
+}
+
+void qni_chunk_trim_made(qni_stages *stages, qni_chunk *chunk) {
+    qni_stages_trim(stages, (void **)&chunk->triangles, &chunk->triangle_capacity,
+                    chunk->triangle_count, sizeof *chunk->triangles);
+    qni_stages_trim(stages, (void **)&chunk->owners, &chunk->owner_capacity, chunk->triangle_count,
+                    sizeof *chunk->owners);
+    qni_stages_trim(stages, (void **)&chunk->apexes, &chunk->apex_capacity, chunk->apex_count,
+                    sizeof *chunk->apexes);
+    qni_stages_trim(stages, (void **)&chunk->creases, &chunk->crease_capacity, chunk->crease_count,
+                    sizeof *chunk->creases);
+    qni_stages_trim(stages, (void **)&chunk->troubles, &chunk->trouble_capacity,
+                    chunk->trouble_count, sizeof *chunk->troubles);
+    qni_stages_trim(stages, (void **)&chunk->made, &chunk->made_capacity,
+                    chunk->leaf_end - chunk->leaf_first, sizeof *chunk->made);
 }
 
 /* The chunk starts with nothing made. */
@@ -53,11 +84,14 @@ static void pass_by(qni_kept_walk *walk) {
     walk->veto += notes_of(made, QNI_NOTED_VETO);
     walk->trouble += notes_of(made, QNI_NOTED_TROUBLE);
     walk->doubt += notes_of(made, QNI_NOTED_DOUBT);
+    walk->lost = walk->lost || made->apexes == QNI_MOST_MADE || made->creases == QNI_MOST_MADE;
 }
 
-void qni_kept_skip_to(qni_kept_walk *walk, int64_t leaf) {
+bool qni_kept_skip_to(qni_kept_walk *walk, int64_t leaf) {
     while (walk->leaf < leaf)
         pass_by(walk);
+    const qni_leaf_made *made = &walk->before.made[leaf];
+    return !walk->lost && made->apexes != QNI_MOST_MADE && made->creases != QNI_MOST_MADE;
 }
 
 static bool make_room(qni_stages *stages, qni_chunk *chunk, const qni_leaf_made *made) {
@@ -116,7 +150,7 @@ bool qni_kept_hand_over(qni_stages *stages, qni_kept_walk *walk, qni_chunk *chun
     if (made->notes & QNI_NOTED_DOUBT)
         chunk->doubts[chunk->doubt_count++] = walk->before.doubts[walk->doubt];
     for (int n = 0; n < QNI_TALLIES; ++n)
-        tally[n] += made->tally[n];
+        tally[n] += qni_tally_of(made, n);
     pass_by(walk);
     return true;
 }

@@ -162,7 +162,7 @@ static bool facets_meet(const qni_patch *patch, const qni_loop *loop, const face
         double middle[3];
         for (int k = 0; k < 3; ++k)
             middle[k] = 0.5 * (point[k] + (double)vertex->place[k]);
-        if (vertex->sharp && !qni_patch_on_surface(patch, middle, 1e-4 * cell))
+        if (vertex->sharp && !qni_is_on_surface(patch->solid, middle, 1e-4 * cell))
             return false;
     }
     for (int32_t n = 0; n < list->count; ++n)

@@ -12,8 +12,8 @@
 
 #include <string.h>
 
-static bool owns_face(const qni_octree *octree, const qni_cell *cell, int face) {
-    const int across = qni_octree_level_across(octree, cell, face);
+/* Whose level is that across? */
+static bool owns_face(const qni_cell *cell, int face, int across) {
     return across < 0 || across == cell->level ? face & 1 : across > cell->level;
 }
 
@@ -65,10 +65,13 @@ static qni_leaf_faces describe(const qni_stages *stages, const qni_cell *cell) {
     qni_leaf_faces faces = {.pass = stages->pass};
     for (int face = 0; face < QNI_FACES; ++face) {
         const qni_cell across = qni_cell_across(cell, face);
-        faces.at[face].owned = owns_face(stages->octree, cell, face);
+        const int level = cell->level ? qni_octree_level_across(stages->octree, cell, face)
+                                      : qni_octree_level(stages->octree, across.low);
+        faces.at[face].owned = owns_face(cell, face, level);
         faces.at[face].closely = cell->level == 0 && (qni_is_close(stages, cell->low) ||
                                                       qni_is_close(stages, across.low));
-        if (cell->level == 0 && stages->unite && qni_octree_is_empty(stages->octree, across.low))
+        if (cell->level == 0 && stages->unite &&
+            qni_octree_is_empty_of(stages->octree, across.low, level))
             faces.empty |= (uint8_t)(1 << face);
     }
     return faces;
@@ -138,6 +141,10 @@ void qni_chunk_faces(qni_stages *stages, int64_t index) {
     chunk->face_capacity = chunk->segment_capacity = chunk->segment_count = 0;
     chunk->feature_count = 0;
     chunk->status = solve_leaves(stages, chunk, &before);
+    qni_stages_trim(stages, (void **)&chunk->segments, &chunk->segment_capacity,
+                    chunk->segment_count, sizeof *chunk->segments);
+    qni_stages_trim(stages, (void **)&chunk->faces, &chunk->face_capacity,
+                    chunk->leaf_end - chunk->leaf_first, sizeof *chunk->faces);
     qni_free(stages->context, before.faces, before.face_capacity, sizeof *before.faces);
     qni_free(stages->context, before.segments, before.segment_capacity, sizeof *before.segments);
 }

@@ -2,9 +2,13 @@
 /* The surface near a guess: features of curved surfaces are met again with tangents taken close to
  * them. */
 #include "cms/cms.h"
+#include "cms/vector.h"
 
 #include <math.h>
 #include <string.h>
+
+/* Parts of the way to where flat pieces meet. */
+static const double ways[2] = {0.9, 0.99};
 
 bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
                       const double normal[3], double reach, double at_out[3],
@@ -34,18 +38,46 @@ bool qni_surface_near(const qn_solid *solid, const double point[3], const double
     return best < 2;
 }
 
+bool qni_is_on_surface(const qn_solid *solid, const double point[3], double tolerance) {
+    double value, gradient[3], distance;
+    int32_t owner;
+    if (solid->ops->distance && solid->ops->distance(solid, point, tolerance, &distance))
+        return distance <= tolerance;
+    if (qni_solid_first_order(solid, point, &value, gradient, &owner) != QN_OK)
+        return false;
+    return value == 0 || fabs(value) <= tolerance * sqrt(qni_dot3(gradient, gradient));
+}
+
+/* One after the other, where distances are known: most that do not meet show it at once. */
+static bool pieces_are_flat(const qn_solid *solid, const double point[3], int32_t count,
+                            const double (*from)[3], double tolerance, bool *flat) {
+    double distance;
+    *flat = true;
+    for (int32_t n = -1; n < 2 * count && *flat; ++n) {
+        double at[3];
+        for (int k = 0; k < 3; ++k)
+            at[k] = n < 0 ? point[k] : from[n / 2][k] + ways[n % 2] * (point[k] - from[n / 2][k]);
+        if (!solid->ops->distance(solid, at, tolerance, &distance))
+            return false;
+        *flat = distance <= tolerance;
+    }
+    return true;
+}
+
 /* Values alone, in one batch: a fraction of what tangents cost that are taken again and again. */
 bool qni_flat_pieces_meet(const qn_solid *solid, const double point[3], int32_t count,
                           const double (*from)[3], double tolerance) {
     enum { MOST = 16 };
-    static const double shares[2] = {0.9, 0.99};
     double points[1 + 2 * MOST][3], values[1 + 2 * MOST], gradient[3], slope = 0;
+    bool flat;
     if (count > MOST)
         return false;
+    if (solid->ops->distance && pieces_are_flat(solid, point, count, from, tolerance, &flat))
+        return flat;
     memcpy(points[0], point, sizeof points[0]);
     for (int32_t n = 0; n < 2 * count; ++n)
         for (int k = 0; k < 3; ++k)
-            points[1 + n][k] = from[n / 2][k] + shares[n % 2] * (point[k] - from[n / 2][k]);
+            points[1 + n][k] = from[n / 2][k] + ways[n % 2] * (point[k] - from[n / 2][k]);
     if (solid->ops->values(solid, 1 + 2 * count, (const double(*)[3])points, values) != QN_OK ||
         solid->ops->gradients(solid, 1, (const double(*)[3])points, (double(*)[3])gradient, NULL) !=
             QN_OK)

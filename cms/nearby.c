@@ -34,9 +34,25 @@ static void forget_parts(qni_nearby *nearby) {
     }
 }
 
+/* Does the part of the block last asked hold a union, too? It reaches half a block beyond the
+ * block, and boxes round one cell are tried in turn that lie in several. */
+static bool serves(const qni_nearby *nearby) {
+    const qni_cell *block = &nearby->block_cell;
+    bool within = nearby->united && nearby->hermite->solid->listed && block->level == 3;
+    for (int k = 0; k < 3; ++k) {
+        const int32_t at = nearby->cell.low[k] - block->low[k];
+        within = within && at >= -2 && at <= 9;
+    }
+    return within;
+}
+
+static qni_cell block_of(const qni_nearby *nearby) {
+    return serves(nearby) ? nearby->block_cell : cell_around(&nearby->cell, 3);
+}
+
 /* Of the block, or larger cell, round the cell: it serves all cells in it. */
 static const qn_solid *block_part(qni_nearby *nearby) {
-    const qni_cell around = cell_around(&nearby->cell, 3);
+    const qni_cell around = block_of(nearby);
     if (memcmp(&around, &nearby->block_cell, sizeof around) != 0) {
         forget_parts(nearby);
         nearby->block_cell = around;
@@ -46,9 +62,11 @@ static const qn_solid *block_part(qni_nearby *nearby) {
 }
 
 /* Unions of cells stand for cells that are not aligned. */
-static bool is_kept(const qni_cell *cell) {
+static bool is_kept(const qni_nearby *nearby, const qni_cell *cell) {
     const int32_t low = (1 << cell->level) - 1;
-    return cell->level > 0 && !((cell->low[0] | cell->low[1] | cell->low[2]) & low);
+    const qni_cell around = cell_around(cell, 3);
+    return cell->level > 0 && !((cell->low[0] | cell->low[1] | cell->low[2]) & low) &&
+           memcmp(&around, &nearby->block_cell, sizeof around) == 0;
 }
 
 /* Where the part of a cell of level 1 or 2 in the block is kept. */
@@ -65,9 +83,9 @@ static const qn_solid *cell_part(qni_nearby *nearby, const qni_cell *cell) {
         return block_part(nearby);
     if (cell->level < 2 && nearby->hermite->solid->listed) {
         const qni_cell around = cell_around(cell, 2);
-        return cell_part(nearby, &around);
+        return is_kept(nearby, &around) ? cell_part(nearby, &around) : block_part(nearby);
     }
-    qn_solid **kept = is_kept(cell) ? &nearby->parts[place_of(cell)] : &nearby->near;
+    qn_solid **kept = is_kept(nearby, cell) ? &nearby->parts[place_of(cell)] : &nearby->near;
     if (!*kept) {
         const qni_cell around = cell_around(cell, cell->level + 1);
         const qn_solid *larger = cell_part(nearby, &around);
@@ -106,6 +124,17 @@ static qn_status nearby_gradients(const qn_solid *solid, int64_t count, const do
     return part->ops->gradients(part, count, points, gradients, owners);
 }
 
+static qn_status nearby_first_order(const qn_solid *solid, const double p[3], double *value,
+                                    double gradient[3], int32_t *owner) {
+    return qni_solid_first_order(part_of(solid), p, value, gradient, owner);
+}
+
+static bool nearby_distance(const qn_solid *solid, const double p[3], double most,
+                            double *distance_out) {
+    const qn_solid *part = part_of(solid);
+    return part->ops->distance && part->ops->distance(part, p, most, distance_out);
+}
+
 static qn_status nearby_bounds(const qn_solid *solid, const qni_box *box, double range[2]) {
     const qn_solid *part = part_of(solid);
     return part->ops->bounds(part, box, range);
@@ -130,6 +159,8 @@ static const qni_solid_ops nearby_ops = {
     .crossings = nearby_crossings,
     .restrict_to = nearby_restrict,
     .inside = nearby_inside,
+    .first_order = nearby_first_order,
+    .distance = nearby_distance,
 };
 
 void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite) {
@@ -140,10 +171,11 @@ void qni_nearby_start(qni_nearby *nearby, const qni_hermite *hermite) {
     qni_region_start(&nearby->region, hermite->solid, &hermite->lattice, true);
 }
 
-void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell) {
+void qni_nearby_set_cell(qni_nearby *nearby, const qni_cell *cell, bool united) {
     qn_solid_destroy(nearby->near);
     nearby->near = NULL;
     nearby->cell = *cell;
+    nearby->united = united;
     nearby->asked = NULL;
 }
 

@@ -12,10 +12,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void free_chunk(qn_context *context, qni_chunk *chunk) {
+static void free_faces(qn_context *context, qni_chunk *chunk) {
     qni_free(context, chunk->faces, chunk->face_capacity, sizeof *chunk->faces);
     qni_free(context, chunk->segments, chunk->segment_capacity, sizeof *chunk->segments);
     qni_free(context, chunk->features, chunk->feature_capacity, sizeof *chunk->features);
+    chunk->faces = NULL;
+    chunk->segments = NULL;
+    chunk->features = NULL;
+    chunk->face_capacity = chunk->segment_capacity = chunk->feature_capacity = 0;
+}
+
+static void free_chunk(qn_context *context, qni_chunk *chunk) {
+    free_faces(context, chunk);
     qni_chunk_free_made(context, chunk);
 }
 
@@ -35,12 +43,24 @@ static void free_chunks(qni_stages *stages) {
     stages->chunk_count = stages->feature_count = 0;
 }
 
-void qni_stages_free(qni_stages *stages) {
-    free_chunks(stages);
+static void free_leaf_index(qni_stages *stages) {
     qni_free(stages->context, stages->chunk_of_leaf, stages->leaf_count,
              sizeof *stages->chunk_of_leaf);
     stages->chunk_of_leaf = NULL;
     stages->leaf_count = 0;
+}
+
+void qni_stages_keep_shapes(qni_stages *stages) {
+    for (int64_t n = 0; n < stages->chunk_count; ++n) {
+        free_faces(stages->context, &stages->chunks[n]);
+        qni_chunk_free_notes(stages->context, &stages->chunks[n]);
+    }
+    free_leaf_index(stages);
+}
+
+void qni_stages_free(qni_stages *stages) {
+    free_chunks(stages);
+    free_leaf_index(stages);
 }
 
 /* ---- cutting the leaves into chunks

@@ -207,17 +207,6 @@ static bool meet_sheets(const qni_patch *patch, sheet *sheets, int32_t count, in
     return false;
 }
 
-/* Is the point on the surface, to first order? */
-bool qni_patch_on_surface(const qni_patch *patch, const double point[3], double tolerance) {
-    const qn_solid *solid = patch->solid;
-    double value, gradient[3];
-    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
-        solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient, NULL) !=
-            QN_OK)
-        return false;
-    return value == 0 || fabs(value) <= tolerance * sqrt(qni_dot3(gradient, gradient));
-}
-
 /* The plane through the middle between the loop's two features, across the way between them. */
 static bool plane_across(const qni_patch *patch, const qni_loop *loop, const double middle[3],
                          sheet *plane) {
@@ -248,7 +237,7 @@ bool qni_patch_meet_sheets(const qni_patch *patch, const qni_loop *loop, const d
     }
     memcpy(point, middle, 3 * sizeof *point);
     return count >= 3 && meet_sheets(patch, sheets, count, 3, point) &&
-           qni_patch_on_surface(patch, point, 1e-3 * patch->size);
+           qni_is_on_surface(patch->solid, point, 1e-3 * patch->size);
 }
 
 bool qni_patch_cross_sheets(const qni_patch *patch, const qni_loop *loop, const double middle[3],
@@ -292,5 +281,5 @@ bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const 
     sheets[2].fixed = true;
     memcpy(point, middle, 3 * sizeof *point);
     return meet_sheets(patch, sheets, 3, 3, point) &&
-           qni_patch_on_surface(patch, point, 1e-3 * patch->size);
+           qni_is_on_surface(patch->solid, point, 1e-3 * patch->size);
 }

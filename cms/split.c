@@ -119,7 +119,7 @@ static bool is_near_middle(const qni_patch *patch, const float *const *places, i
     for (int n = 0; n < count; ++n)
         for (int k = 0; k < 3; ++k)
             middle[k] += (double)places[n][k] / count;
-    return qni_patch_on_surface(patch, middle, within);
+    return qni_is_on_surface(patch->solid, middle, within);
 }
 
 /* Do the part's triangles, and its creases, lie on the surface? A crease that is none can have both
@@ -226,7 +226,7 @@ static bool cut_sheet(qni_patch *patch, int64_t whole, int depth) {
                 middle[k] = 0.5 * ((double)v[a].place[k] + (double)v[b].place[k]);
             cut at = {a, b, -1, {{false, false}, {false, false}}};
             if (may_cut(patch, loop, a, b, true) &&
-                qni_patch_on_surface(patch, middle, patch->cut_within) &&
+                qni_is_on_surface(patch->solid, middle, patch->cut_within) &&
                 try_ends(patch, whole, &at, depth))
                 return true;
         }

@@ -25,10 +25,15 @@ enum { QNI_NOTED_VETO = 1, QNI_NOTED_TROUBLE = 2, QNI_NOTED_DOUBT = 4, QNI_NOT_K
 enum { QNI_TALLIES = sizeof(qni_cms_tally) / sizeof(int64_t) };
 
 typedef struct qni_leaf_made {
-    uint32_t triangles, apexes, creases;
+    uint32_t triangles;
+    uint16_t apexes, creases; /* QNI_MOST_MADE: too many to be told, and what comes after is lost */
     uint8_t notes;
-    uint8_t tally[QNI_TALLIES];
+    uint8_t tally[(QNI_TALLIES + 1) / 2]; /* four bits each */
 } qni_leaf_made;
+enum { QNI_MOST_MADE = UINT16_MAX, QNI_MOST_TALLY = 15 };
+static inline int qni_tally_of(const qni_leaf_made *made, int n) {
+    return made->tally[n / 2] >> 4 * (n % 2) & QNI_MOST_TALLY;
+}
 
 /* A finest cell that did not come out well, or whose corner reaches into the empty cell beside it,
  * or that holds a tube.
@@ -84,6 +89,7 @@ typedef struct qni_stages {
     qn_context *context;
     const qni_hermite *hermite;
     const qni_octree *octree;
+    qni_octree *octree_before; /* of the round before: its list of leaves, for the first pass */
     qni_cms_settings settings;
     qni_chunk *chunks;
     int64_t chunk_count;
@@ -120,20 +126,27 @@ int64_t qni_leaf_before(const qni_stages *stages, const qni_chunk *chunk, const 
 typedef struct qni_kept_walk {
     qni_chunk before; /* the chunk as it was */
     int64_t leaf, triangle, apex, crease, veto, trouble, doubt;
+    bool lost; /* a leaf made too much for its numbers to be told */
 } qni_kept_walk;
 void qni_kept_start(qni_chunk *chunk, qni_kept_walk *walk);
-void qni_kept_skip_to(qni_kept_walk *walk, int64_t leaf);
+/* False when what the leaf made is not known. */
+bool qni_kept_skip_to(qni_kept_walk *walk, int64_t leaf);
 bool qni_kept_hand_over(qni_stages *stages, qni_kept_walk *walk, qni_chunk *chunk);
 void qni_kept_end(const qni_stages *stages, qni_kept_walk *walk);
-/* Forget what a chunk's cells made. */
+/* Forget what a chunk's cells made; only what the mesh has no part of. */
 void qni_chunk_free_made(qn_context *context, qni_chunk *chunk);
+void qni_chunk_free_notes(qn_context *context, qni_chunk *chunk);
+/* Give up room that its cells did not need, where that works. */
+void qni_chunk_trim_made(qni_stages *stages, qni_chunk *chunk);
 
-/* The mesh of all that the chunks hold (assemble.c). */
-qn_status qni_stages_assemble(qni_stages *stages, qn_mesh **mesh_out);
+/* The mesh of all that the chunks hold, which goes on the way, as do the crossings (assemble.c). */
+qn_status qni_stages_assemble(qni_stages *stages, qni_hermite *hermite, qn_mesh **mesh_out);
 
 /* Hand over what a patch holds (emit.c). False when memory ran out. */
 bool qni_chunk_emit(qni_stages *stages, qni_chunk *chunk, qni_patch *patch);
 bool qni_stages_grow(qni_stages *stages, void **items, int64_t *capacity, int64_t wanted,
+                     size_t size);
+void qni_stages_trim(qni_stages *stages, void **items, int64_t *capacity, int64_t count,
                      size_t size);
 /* The loops of a leaf, or of a union of finest cells; then their apexes and triangles. A union's
  * loops may meet. */
@@ -171,7 +184,8 @@ qni_chunk *qni_stages_chunk_at(const qni_stages *stages, const int32_t cell[3]);
 /* Add cells to the list, as of this round. */
 qn_status qni_stages_add_vetoes(qni_stages *stages, qni_veto_list *list, const qni_cell *cells,
                                 int64_t count);
-/* The chunks' memory. */
+/* The chunks' memory: of all but what the mesh is made of; all. */
+void qni_stages_keep_shapes(qni_stages *stages);
 void qni_stages_free(qni_stages *stages);
 
 /* The question for the octree of a later round: what was answered before is not asked again. */

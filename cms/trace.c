@@ -21,10 +21,10 @@ bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const q
 
 double qni_line_step(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b) {
     const double way[2] = {b->at[0] - a->at[0], b->at[1] - a->at[1]};
-    const double *m = a->space_normal, *n = b->space_normal, length = hypot(way[0], way[1]),
+    const double *m = a->space_normal, *n = b->space_normal,
                  over_a = m[job->p] * way[0] + m[job->q] * way[1],
                  over_b = -(n[job->p] * way[0] + n[job->q] * way[1]);
-    return over_a * over_b < 0 ? fmax(fabs(over_a), fabs(over_b)) / length : 0;
+    return over_a * over_b < 0 ? fmax(fabs(over_a), fabs(over_b)) / hypot(way[0], way[1]) : 0;
 }
 
 double qni_pair_step(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b) {
@@ -236,9 +236,7 @@ static bool probe(const qni_face_job *job, const double at[2], qni_face_line *li
     const qn_solid *solid = job->solid;
     double point[3], value, gradient[3], length = 0;
     qni_face_to_space(job, at, point);
-    if (solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
-        solid->ops->gradients(solid, 1, (const double(*)[3])point, (double(*)[3])gradient,
-                              &line->owner) != QN_OK)
+    if (qni_solid_first_order(solid, point, &value, gradient, &line->owner) != QN_OK)
         return false;
     for (int k = 0; k < 3; ++k)
         length += gradient[k] * gradient[k];

@@ -135,6 +135,25 @@ static void mark_sheets(flat_job *job, int32_t sharp_count) {
     }
 }
 
+static double largest(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* The height of a triangle over a plane. */
+static double height_over(const flat_job *job, int plane, int i, int j, int k) {
+    const double *heights = job->heights[plane];
+    return largest(heights[i], largest(heights[j], heights[k]));
+}
+
+/* Does a triangle lie in the tangent plane of any crossing on its side of the crease? */
+static bool lies_flat(const flat_job *job, int i, int j, int k) {
+    const uint8_t sheet = job->sheets[i] & job->sheets[j] & job->sheets[k];
+    for (int m = 0; m < job->plane_count; ++m)
+        if ((job->sheets[job->planes[m]] & sheet) && height_over(job, m, i, j, k) < job->tolerance)
+            return true;
+    return false;
+}
+
 /* The crossing, on the triangle's side of the crease, whose tangent plane the triangle lies in,
  * within the tolerance, and whose way it faces; -1 for none. */
 static int plane_of(const flat_job *job, int i, int j, int k, const double normal[3], double area,
@@ -145,12 +164,11 @@ static int plane_of(const flat_job *job, int i, int j, int k, const double norma
     for (int m = 0; m < job->plane_count; ++m) {
         if (!(job->sheets[job->planes[m]] & sheet))
             continue;
-        const double height =
-            fmax(job->heights[m][i], fmax(job->heights[m][j], job->heights[m][k]));
+        const double height = height_over(job, m, i, j, k);
         const double *tangent = job->v[job->planes[m]].normal;
-        const double along =
-            tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2];
-        if (height < best && along >= job->patch->settings->facing_cosine * area) {
+        if (height < best &&
+            tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2] >=
+                job->patch->settings->facing_cosine * area) {
             best = height;
             plane = job->planes[m];
         }
@@ -165,20 +183,24 @@ static double height_between(const flat_job *job, int a, int b) {
     const int own_a = job->own[a], own_b = job->own[b];
     if (own_a < 0 && own_b < 0)
         return job->crease_height;
-    return fmax(own_a < 0 ? 0 : job->heights[own_a][b], own_b < 0 ? 0 : job->heights[own_b][a]);
+    return largest(own_a < 0 ? 0 : job->heights[own_a][b], own_b < 0 ? 0 : job->heights[own_b][a]);
 }
 
-/* How far a triangle is from a sheet that curves, and the plane of one of its vertices; -1 when it
- * is too far or faces another way. Along an edge a quadratic surface leaves the chord by h / 4,
- * where h is the height of one end over the tangent plane at the other, and within the triangle by
- * the sum of l_i l_j h_ij over its edges, which is h / 3 at most. */
+/* How far a triangle is from a sheet that curves. Along an edge a quadratic surface leaves the
+ * chord by h / 4, where h is the height of one end over the tangent plane at the other, and within
+ * the triangle by the sum of l_i l_j h_ij over its edges, which is h / 3 at most. */
+static double curved_height(const flat_job *job, int i, int j, int k) {
+    return largest(height_between(job, i, j),
+                   largest(height_between(job, j, k), height_between(job, k, i))) /
+           3;
+}
+
+/* The plane of one of its vertices; -1 when it faces another way than one of theirs. */
 static int curved_plane_of(const flat_job *job, const int corner[3], const double normal[3],
-                           double area, double *best_out) {
-    double most = 0;
+                           double area) {
     int plane = -1;
     for (int n = 0; n < 3; ++n) {
         const int own = job->own[corner[n]];
-        most = fmax(most, height_between(job, corner[n], corner[(n + 1) % 3]));
         if (own < 0)
             continue;
         const double *tangent = job->v[job->planes[own]].normal;
@@ -187,15 +209,22 @@ static int curved_plane_of(const flat_job *job, const int corner[3], const doubl
             return -1;
         plane = job->planes[own];
     }
-    *best_out = most / 3;
-    return *best_out < job->tolerance ? plane : -1;
+    return plane;
 }
 
 /* What a triangle costs; infinite when it will not do. */
 static double triangle_cost(const flat_job *job, int i, int j, int k, int *plane) {
-    double a[3], b[3], normal[3];
-    if (!job->force && !(job->sheets[i] & job->sheets[j] & job->sheets[k]))
-        return HUGE_VAL;
+    double a[3], b[3], normal[3], height = 0;
+    bool curved = false;
+    *plane = -1;
+    if (!job->force) {
+        if (!(job->sheets[i] & job->sheets[j] & job->sheets[k]))
+            return HUGE_VAL;
+        height = job->curved ? curved_height(job, i, j, k) : HUGE_VAL;
+        curved = height < job->tolerance;
+        if (!curved && !lies_flat(job, i, j, k))
+            return HUGE_VAL;
+    }
     for (int n = 0; n < 3; ++n) {
         a[n] = (double)job->v[j].place[n] - (double)job->v[i].place[n];
         b[n] = (double)job->v[k].place[n] - (double)job->v[i].place[n];
@@ -205,11 +234,9 @@ static double triangle_cost(const flat_job *job, int i, int j, int k, int *plane
     const double area = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     const double along =
         normal[0] * job->facing[0] + normal[1] * job->facing[1] + normal[2] * job->facing[2];
-    double height = 0;
     const int corner[3] = {i, j, k};
-    *plane = job->force    ? -1
-             : job->curved ? curved_plane_of(job, corner, normal, area, &height)
-                           : -1;
+    if (curved)
+        *plane = curved_plane_of(job, corner, normal, area);
     if (*plane < 0 && !job->force)
         *plane = plane_of(job, i, j, k, normal, area, &height);
     if (job->force ? !(along > 0.2 * area) : *plane < 0)
@@ -337,7 +364,8 @@ static qn_status measure(const qni_patch *patch, const qni_loop *loop, double mo
         for (int n = 0; n < 3; ++n)
             for (int k = 0; k < 3; ++k)
                 point[k] += (double)qni_patch_place(patch, triangle[n])[k] / 3;
-        QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])point, &value));
+        if (!solid->ops->distance || !solid->ops->distance(solid, point, most, &value))
+            QN_TRY(solid->ops->values(solid, 1, (const double(*)[3])point, &value));
         *worst = fmax(*worst, fabs(value));
     }
     return QN_OK;

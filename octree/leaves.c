@@ -8,14 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-int qni_octree_level(const qni_octree *octree, const int32_t point[3]) {
-    const int64_t index =
-        qni_hermite_find(octree->hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
-    return index < 0
-               ? -1
-               : octree->levels[index][64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7)];
-}
-
 static bool has_surface(const qni_hermite *hermite, const qni_cell *cell) {
     return qni_hermite_has_crossed_edge(hermite, cell->low, cell->level);
 }
@@ -60,25 +52,28 @@ static uint64_t crossed_cells(const block_group *group, int z) {
     return crossed;
 }
 
+/* Leaves with surface have finest cells with crossed edges: these lead to them. */
 static void mark_starts(qni_octree *octree, int64_t index) {
     const qni_hermite_block *block = &octree->hermite->blocks[index];
     const block_group group = group_of(octree->hermite, block);
-    for (int n = 0; n < 512; ++n) {
-        const int level = octree->levels[index][n];
-        const int at[3] = {n & 7, n >> 3 & 7, n >> 6};
-        const int low = level <= 3 ? (1 << level) - 1 : 0;
-        if (level == 0 || level > 3 || (at[0] & low) || (at[1] & low) || (at[2] & low))
-            continue;
-        const qni_cell cell = {
-            {8 * block->place[0] + at[0], 8 * block->place[1] + at[1], 8 * block->place[2] + at[2]},
-            level};
-        if (has_surface(octree->hermite, &cell))
-            octree->starts[index][n >> 6] |= UINT64_C(1) << (n & 63);
-    }
+    uint64_t *starts = octree->starts[index], asked[8] = {0};
     for (int z = 0; z < 8; ++z)
-        for (uint64_t bits = crossed_cells(&group, z); bits; bits &= bits - 1)
-            if (octree->levels[index][64 * z + __builtin_ctzll(bits)] == 0)
-                octree->starts[index][z] |= bits & -bits;
+        for (uint64_t bits = crossed_cells(&group, z); bits; bits &= bits - 1) {
+            const int at = __builtin_ctzll(bits), level = octree->levels[index][64 * z + at];
+            if (level > 3)
+                continue;
+            const int low[3] = {(at & 7) >> level << level, (at >> 3) >> level << level,
+                                z >> level << level};
+            const uint64_t bit = UINT64_C(1) << (8 * low[1] + low[0]);
+            if (asked[low[2]] & bit)
+                continue;
+            asked[low[2]] |= bit;
+            const qni_cell cell = {{8 * block->place[0] + low[0], 8 * block->place[1] + low[1],
+                                    8 * block->place[2] + low[2]},
+                                   level};
+            if (level == 0 || has_surface(octree->hermite, &cell))
+                starts[low[2]] |= bit;
+        }
 }
 
 static int compare_cells(const void *a, const void *b) {
@@ -114,8 +109,10 @@ qn_status qni_octree_number_leaves(qni_octree *octree, const qni_cell *large, in
     int64_t count = 0;
     for (int64_t i = 0; i < hermite->block_count; ++i) {
         octree->bases[i] = (uint32_t)count;
-        for (int word = 0; word < 8; ++word)
-            count += __builtin_popcountll(octree->starts[i][word]);
+        for (int word = 0; word < 8; ++word) {
+            octree->ranks[i][word] = (uint16_t)(count - octree->bases[i]);
+            count += qni_count_bits(octree->starts[i][word]);
+        }
     }
     octree->small_count = count;
     for (int64_t n = 0; n < large_count; ++n)
@@ -152,25 +149,17 @@ int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell) {
         return -1;
     int64_t number = octree->bases[index];
     for (int word = 0; word < n >> 6; ++word)
-        number += __builtin_popcountll(octree->starts[index][word]);
-    return number +
-           __builtin_popcountll(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
+        number += qni_count_bits(octree->starts[index][word]);
+    return number + qni_count_bits(octree->starts[index][n >> 6] & ((UINT64_C(1) << (n & 63)) - 1));
 }
 
-bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]) {
-    const int level = qni_octree_level(octree, point);
+bool qni_octree_is_empty_of(const qni_octree *octree, const int32_t point[3], int level) {
     if (level < 0)
         return true;
     const qni_cell leaf = {
         {point[0] >> level << level, point[1] >> level << level, point[2] >> level << level},
         level};
     return qni_octree_find_leaf(octree, &leaf) < 0;
-}
-
-qni_cell qni_cell_across(const qni_cell *cell, int face) {
-    qni_cell across = *cell;
-    across.low[face >> 1] += (face & 1 ? 1 : -1) * (1 << cell->level);
-    return across;
 }
 
 int qni_octree_level_across(const qni_octree *octree, const qni_cell *cell, int face) {

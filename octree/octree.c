@@ -189,8 +189,9 @@ static qn_status build(build_job *job) {
     const qni_hermite *hermite = octree->hermite;
     octree->levels = qni_alloc_zero(hermite->context, hermite->block_count, sizeof *octree->levels);
     octree->starts = qni_alloc_zero(hermite->context, hermite->block_count, sizeof *octree->starts);
+    octree->ranks = qni_alloc_zero(hermite->context, hermite->block_count, sizeof *octree->ranks);
     octree->bases = qni_alloc_zero(hermite->context, hermite->block_count, sizeof *octree->bases);
-    if (!octree->levels || !octree->starts || !octree->bases)
+    if (!octree->levels || !octree->starts || !octree->ranks || !octree->bases)
         return qni_fail_memory(job->error, "the octree");
     const int top = hermite->lattice.top;
     if (job->question && top > 3)
@@ -219,9 +220,11 @@ void qni_octree_keep_list(qni_octree *octree) {
     const int64_t blocks = octree->hermite->block_count;
     qni_free(context, octree->levels, blocks, sizeof *octree->levels);
     qni_free(context, octree->starts, blocks, sizeof *octree->starts);
+    qni_free(context, octree->ranks, blocks, sizeof *octree->ranks);
     qni_free(context, octree->bases, blocks, sizeof *octree->bases);
     octree->levels = NULL;
     octree->starts = NULL;
+    octree->ranks = NULL;
     octree->bases = NULL;
 }
 

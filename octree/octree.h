@@ -23,6 +23,7 @@ typedef struct qni_octree {
                           ones */
     int64_t leaf_count, small_count;
     uint64_t (*starts)[8]; /* for each block: finest cells where a leaf of level 3 or less begins */
+    uint16_t (*ranks)[8];  /* for each block: how many of them are in the layers below */
     uint32_t *bases;       /* for each block: number of its first leaf */
 } qni_octree;
 
@@ -34,18 +35,32 @@ void qni_octree_destroy(qni_octree *octree);
 void qni_octree_keep_list(qni_octree *octree);
 
 /* The level of the leaf that holds a finest cell; -1 where no block is. */
-int qni_octree_level(const qni_octree *octree, const int32_t point[3]);
+static inline int qni_octree_level(const qni_octree *octree, const int32_t point[3]) {
+    const int64_t index =
+        qni_hermite_find(octree->hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
+    return index < 0
+               ? -1
+               : octree->levels[index][64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7)];
+}
 /* The number of a leaf with surface, or -1 when there is none such. */
 int64_t qni_octree_find_leaf(const qni_octree *octree, const qni_cell *cell);
-/* Is the finest cell at a point in no leaf with surface? */
-bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]);
+/* Is the finest cell at a point in no leaf with surface? The same where its leaf's level is known.
+ */
+bool qni_octree_is_empty_of(const qni_octree *octree, const int32_t point[3], int level);
+static inline bool qni_octree_is_empty(const qni_octree *octree, const int32_t point[3]) {
+    return qni_octree_is_empty_of(octree, point, qni_octree_level(octree, point));
+}
 /* The level of any leaf along a face, on its other side; -1 where there is no block. */
 int qni_octree_level_across(const qni_octree *octree, const qni_cell *cell, int face);
 /* Is the cell of the same size across a face divided? Only the part along the face is asked: where
  * no block lies there, no surface does. */
 bool qni_octree_divided_across(const qni_octree *octree, const qni_cell *cell, int face);
 /* The cell of the same size across a face. */
-qni_cell qni_cell_across(const qni_cell *cell, int face);
+static inline qni_cell qni_cell_across(const qni_cell *cell, int face) {
+    qni_cell across = *cell;
+    across.low[face >> 1] += (face & 1 ? 1 : -1) * (1 << cell->level);
+    return across;
+}
 
 /* Number the leaves (leaves.c). */
 qn_status qni_octree_number_leaves(qni_octree *octree, const qni_cell *large, int64_t large_count,

@@ -11,8 +11,13 @@
 QN_HD_INLINE int qni_count_bits(uint64_t bits) {
 #ifdef __CUDA_ARCH__
     return __popcll(bits);
-#else
+#elif defined(__POPCNT__) || defined(__aarch64__)
     return __builtin_popcountll(bits);
+#else /* where that is a call: sums of pairs, of fours and of bytes */
+    bits -= bits >> 1 & UINT64_C(0x5555555555555555);
+    bits = (bits & UINT64_C(0x3333333333333333)) + (bits >> 2 & UINT64_C(0x3333333333333333));
+    bits = (bits + (bits >> 4)) & UINT64_C(0x0f0f0f0f0f0f0f0f);
+    return (int)(bits * UINT64_C(0x0101010101010101) >> 56);
 #endif
 }
 

@@ -11,6 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 /* Of arrays, so that rows of them start on cache lines; small things have the common one. */
 enum { ALIGNMENT = 64, SMALL_BYTES = 1024 };
@@ -143,6 +146,15 @@ void *qni_realloc(qn_context *context, void *pointer, int64_t old_count, int64_t
         memcpy(fresh, pointer, (size_t)kept * size);
     qni_free(context, pointer, old_count, size);
     return fresh;
+}
+
+void qni_return_memory(qn_context *context) {
+#ifdef __GLIBC__
+    if (context->options.allocator.alloc == default_alloc)
+        malloc_trim(0);
+#else
+    (void)context;
+#endif
 }
 
 bool qni_progress(qn_context *context, const char *stage, double fraction) {

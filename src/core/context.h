@@ -17,6 +17,9 @@ void qni_free(qn_context *context, void *pointer, int64_t count, size_t size);
 void *qni_realloc(qn_context *context, void *pointer, int64_t old_count, int64_t new_count,
                   size_t size);
 
+/* Let the system have the pages that were freed: what comes next is large, and of another shape. */
+void qni_return_memory(qn_context *context);
+
 /* True when the caller asked to stop. To be called on the calling thread only. */
 bool qni_progress(qn_context *context, const char *stage, double fraction);
 void qni_log(qn_context *context, qn_log_level level, const char *format, ...)

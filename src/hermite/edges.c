@@ -366,7 +366,7 @@ static qn_status store(edge_job *job) {
     int before = 0;
     for (int word = 0; word < 24; ++word) {
         block->rank[word] = (uint16_t)before;
-        before += __builtin_popcountll(block->crossed[word]);
+        before += qni_count_bits(block->crossed[word]);
     }
     block->crossings = qni_alloc(context, job->found_count, sizeof *block->crossings);
     block->starts = qni_alloc(context, block->edge_count + 1, sizeof *block->starts);

@@ -11,31 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* All three turn the upper half of the sum, of which small tables, too, take the lowest bits. */
-static uint64_t hash_place(int32_t x, int32_t y, int32_t z) {
-    const uint64_t sum = (uint64_t)(uint32_t)x * UINT64_C(0x9e3779b97f4a7c15) +
-                         (uint64_t)(uint32_t)y * UINT64_C(0xc2b2ae3d27d4eb4f) +
-                         (uint64_t)(uint32_t)z * UINT64_C(0x165667b19e3779f9);
-    return sum >> 32;
-}
-
-int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z) {
-    if (!hermite->table)
-        return -1;
-    const uint64_t mask = (uint64_t)hermite->table_size - 1;
-    for (uint64_t slot = hash_place(x, y, z) & mask;; slot = (slot + 1) & mask) {
-        const qni_block_slot *entry = &hermite->table[slot];
-        if (!entry->number)
-            return -1;
-        if (entry->place[0] == x && entry->place[1] == y && entry->place[2] == z)
-            return entry->number - 1;
-    }
-}
-
 static void put_in_table(qni_hermite *hermite, int64_t index) {
     const int32_t *place = hermite->blocks[index].place;
     const uint64_t mask = (uint64_t)hermite->table_size - 1;
-    uint64_t slot = hash_place(place[0], place[1], place[2]) & mask;
+    uint64_t slot = qni_hash_place(place[0], place[1], place[2]) & mask;
     while (hermite->table[slot].number)
         slot = (slot + 1) & mask;
     const qni_block_slot entry = {{place[0], place[1], place[2]}, (int32_t)index + 1};
@@ -74,6 +53,15 @@ bool qni_hermite_enter(qni_hermite *hermite, const int32_t place[3]) {
     return true;
 }
 
+void qni_hermite_drop_crossings(qni_hermite *hermite) {
+    for (int64_t i = 0; i < hermite->block_count; ++i)
+        hermite->blocks[i].crossings = NULL;
+    qni_free(hermite->context, hermite->crossings, hermite->crossing_count,
+             sizeof *hermite->crossings);
+    hermite->crossings = NULL;
+    hermite->crossing_count = 0;
+}
+
 void qni_hermite_destroy(qni_hermite *hermite) {
     for (int64_t i = 0; i < hermite->block_count; ++i) {
         qni_hermite_block *block = &hermite->blocks[i];
@@ -82,8 +70,7 @@ void qni_hermite_destroy(qni_hermite *hermite) {
             qni_free(hermite->context, block->crossings, block->crossing_count,
                      sizeof *block->crossings);
     }
-    qni_free(hermite->context, hermite->crossings, hermite->crossing_count,
-             sizeof *hermite->crossings);
+    qni_hermite_drop_crossings(hermite);
     qni_free(hermite->context, hermite->blocks, hermite->block_capacity, sizeof *hermite->blocks);
     qni_free(hermite->context, hermite->table, hermite->table_size, sizeof *hermite->table);
     hermite->blocks = NULL;
@@ -91,31 +78,48 @@ void qni_hermite_destroy(qni_hermite *hermite) {
     hermite->block_count = hermite->block_capacity = hermite->table_size = 0;
 }
 
-qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis) {
+qni_edge_crossings qni_hermite_edge_near(const qni_hermite *hermite, const int32_t point[3],
+                                         int axis, qni_last_block *last) {
     const qni_edge_crossings none = {NULL, 0, 0};
-    const int64_t index = qni_hermite_find(hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
-    if (index < 0)
+    const qni_hermite_block *block = qni_hermite_block_at(hermite, point, last);
+    if (!block)
         return none;
-    const qni_hermite_block *block = &hermite->blocks[index];
     const int edge = 512 * axis + 64 * (point[2] & 7) + 8 * (point[1] & 7) + (point[0] & 7);
     if (!qni_bit(block->crossed, edge))
         return none;
     const uint64_t below = block->crossed[edge >> 6] & ((UINT64_C(1) << (edge & 63)) - 1);
-    const int rank = block->rank[edge >> 6] + __builtin_popcountll(below);
+    const int rank = block->rank[edge >> 6] + qni_count_bits(below);
     const int start = block->starts[rank];
     const qni_edge_crossings found = {block->crossings + start, block->base + start,
                                       block->starts[rank + 1] - start};
     return found;
 }
 
-/* Is any of the finest edges crossed that start at a point and follow each other along an axis? Up
- * to 8 of them that lie in one block. */
-static bool run_is_crossed(const qni_hermite *hermite, const int32_t point[3], int axis,
+unsigned qni_hermite_run(const qni_hermite *hermite, const int32_t point[3], int axis,
+                         int32_t count, qni_last_block *last) {
+    const qni_hermite_block *block = qni_hermite_block_at(hermite, point, last);
+    if (!block)
+        return 0;
+    const uint64_t *words = block->crossed + 8 * axis + (point[2] & 7);
+    const int start = 8 * (point[1] & 7) + (point[0] & 7);
+    unsigned run = 0;
+    if (axis == 0)
+        return (unsigned)(*words >> start & ((UINT64_C(1) << count) - 1));
+    for (int32_t n = 0; n < count; ++n)
+        run |= (unsigned)((axis == 1 ? *words >> (start + 8 * n) : words[n] >> start) & 1) << n;
+    return run;
+}
+
+qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis) {
+    qni_last_block last = QNI_NO_LAST_BLOCK;
+    return qni_hermite_edge_near(hermite, point, axis, &last);
+}
+
+/* Is any of the finest edges crossed that start at a point of a block and follow each other along
+ * an axis? Up to 8 of them that lie in the block. */
+static bool run_is_crossed(const qni_hermite_block *block, const int32_t point[3], int axis,
                            int32_t count) {
-    const int64_t index = qni_hermite_find(hermite, point[0] >> 3, point[1] >> 3, point[2] >> 3);
-    if (index < 0)
-        return false;
-    const uint64_t *words = hermite->blocks[index].crossed + 8 * axis + (point[2] & 7);
+    const uint64_t *words = block->crossed + 8 * axis + (point[2] & 7);
     const int start = 8 * (point[1] & 7) + (point[0] & 7);
     if (axis == 0)
         return *words >> start & ((UINT64_C(1) << count) - 1);
@@ -130,14 +134,17 @@ static bool run_is_crossed(const qni_hermite *hermite, const int32_t point[3], i
 
 bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level) {
     const int32_t size = 1 << level, run = size < QNI_BLOCK ? size : QNI_BLOCK;
+    qni_last_block last = QNI_NO_LAST_BLOCK;
     for (int edge = 0; edge < QNI_EDGES; ++edge) {
         const int corner = qni_edge_start_corner(edge), axis = qni_edge_axis(edge);
         int32_t point[3];
         for (int k = 0; k < 3; ++k)
             point[k] = low[k] + ((corner >> k & 1) << level);
-        for (int32_t n = 0; n < size; n += run, point[axis] += run)
-            if (run_is_crossed(hermite, point, axis, run))
+        for (int32_t n = 0; n < size; n += run, point[axis] += run) {
+            const qni_hermite_block *block = qni_hermite_block_at(hermite, point, &last);
+            if (block && run_is_crossed(block, point, axis, run))
                 return true;
+        }
     }
     return false;
 }

@@ -3,6 +3,7 @@
 #ifndef QNI_HERMITE_HERMITE_H
 #define QNI_HERMITE_HERMITE_H
 
+#include "core/bits_hd.h"
 #include "hermite/lattice.h"
 #include "hermite/region.h"
 
@@ -68,11 +69,59 @@ typedef struct qni_edge_crossings {
 qn_status qni_hermite_create(qn_context *context, const qn_solid *solid, const qni_lattice *lattice,
                              qni_hermite *hermite, qn_error *error);
 void qni_hermite_destroy(qni_hermite *hermite);
+/* Of a whole: they are not asked for any more. */
+void qni_hermite_drop_crossings(qni_hermite *hermite);
+
+/* All three turn the upper half of the sum, of which small tables, too, take the lowest bits. */
+static inline uint64_t qni_hash_place(int32_t x, int32_t y, int32_t z) {
+    const uint64_t sum = (uint64_t)(uint32_t)x * UINT64_C(0x9e3779b97f4a7c15) +
+                         (uint64_t)(uint32_t)y * UINT64_C(0xc2b2ae3d27d4eb4f) +
+                         (uint64_t)(uint32_t)z * UINT64_C(0x165667b19e3779f9);
+    return sum >> 32;
+}
 
 /* The index of the block at a place (in blocks), or -1. */
-int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y, int32_t z);
+static inline int64_t qni_hermite_find(const qni_hermite *hermite, int32_t x, int32_t y,
+                                       int32_t z) {
+    if (!hermite->table)
+        return -1;
+    const uint64_t mask = (uint64_t)hermite->table_size - 1;
+    for (uint64_t slot = qni_hash_place(x, y, z) & mask;; slot = (slot + 1) & mask) {
+        const qni_block_slot *entry = &hermite->table[slot];
+        if (!entry->number)
+            return -1;
+        if (entry->place[0] == x && entry->place[1] == y && entry->place[2] == z)
+            return entry->number - 1;
+    }
+}
+
+/* The block last looked at: what is asked next lies in it most often. */
+typedef struct qni_last_block {
+    int32_t place[3];
+    const qni_hermite_block *block; /* NULL: none there */
+} qni_last_block;
+#define QNI_NO_LAST_BLOCK                                                                          \
+    { {INT32_MAX, 0, 0}, NULL }
+
+static inline const qni_hermite_block *
+qni_hermite_block_at(const qni_hermite *hermite, const int32_t point[3], qni_last_block *last) {
+    const int32_t x = point[0] >> 3, y = point[1] >> 3, z = point[2] >> 3;
+    if (x != last->place[0] || y != last->place[1] || z != last->place[2]) {
+        const int64_t index = qni_hermite_find(hermite, x, y, z);
+        const qni_last_block found = {{x, y, z}, index < 0 ? NULL : &hermite->blocks[index]};
+        *last = found;
+    }
+    return last->block;
+}
+
 /* The crossings of the finest edge that starts at a lattice point. */
 qni_edge_crossings qni_hermite_edge(const qni_hermite *hermite, const int32_t point[3], int axis);
+/* Which of up to 8 finest edges of one block are crossed that start at a point and follow each
+ * other along an axis: a bit each. */
+unsigned qni_hermite_run(const qni_hermite *hermite, const int32_t point[3], int axis,
+                         int32_t count, qni_last_block *last);
+qni_edge_crossings qni_hermite_edge_near(const qni_hermite *hermite, const int32_t point[3],
+                                         int axis, qni_last_block *last);
 /* Is any of the twelve edges of a cell crossed, over the finest lattice? A cell of 2^level finest
  * ones, aligned. */
 bool qni_hermite_has_crossed_edge(const qni_hermite *hermite, const int32_t low[3], int32_t level);

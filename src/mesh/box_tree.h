@@ -26,9 +26,13 @@ typedef struct qni_box_tree {
 qn_status qni_box_tree_create(qni_check *check, qni_check_span span, qni_box_tree *tree);
 void qni_box_tree_destroy(qni_check *check, qni_box_tree *tree);
 
+/* Shares of a vertex in `wanted`: enough that all triangles at it are, and so much that those are
+ * which have it at all three corners. */
+enum { QNI_WANTED = 3, QNI_WANTED_WITH_ALL = 1 };
+
 /* The pairs of triangles that meet where they should not (check_intersections.c). `wanted`, a byte
- * a vertex or NULL: only pairs with a corner where it is not 0. `marks`, likewise: set to 1 at
- * their corners. */
+ * a vertex or NULL: only pairs with a triangle whose corners' shares make up QNI_WANTED. `marks`,
+ * likewise: set to 1 at their corners. */
 qn_status qni_count_crossings(qni_check *check, const qni_box_tree *tree, qni_check_span span,
                               const uint8_t *wanted, uint8_t *marks, int64_t *count_out);
 

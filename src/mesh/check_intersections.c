@@ -18,8 +18,8 @@ typedef struct pair_job {
     qni_check *check;
     const qni_box_tree *tree;
     int64_t *found;        /* a block */
-    const uint8_t *wanted; /* a vertex, or NULL for all */
-    uint8_t *wanted_rows;  /* a row: it has a triangle with a wanted corner; NULL for all */
+    const uint8_t *wanted; /* a vertex: its share (box_tree.h); or NULL for all */
+    uint8_t *wanted_rows;  /* a row: it has a wanted triangle; NULL for all */
     uint8_t *marks;        /* a vertex, or NULL */
 } pair_job;
 
@@ -56,7 +56,7 @@ static box box_of_row(const qni_box_row *row) {
 }
 
 static bool has_wanted(const pair_job *job, const uint32_t t[3]) {
-    return job->wanted[t[0]] | job->wanted[t[1]] | job->wanted[t[2]];
+    return job->wanted[t[0]] + job->wanted[t[1]] + job->wanted[t[2]] >= QNI_WANTED;
 }
 
 static bool meet(const pair_job *job, int64_t i, int64_t j) {

@@ -143,14 +143,21 @@ static bool bar(const qni_flat *flat, const uint32_t *numbers, const uint8_t *ma
 static qn_status find_meetings(const qni_flat *flat, const uint32_t *numbers, const qn_mesh *mesh,
                                uint8_t *marks, int64_t *count, qn_error *error) {
     uint8_t *wanted = qni_alloc_zero(flat->context, mesh->vertex_count, 1);
-    if (!wanted)
-        return qni_fail_memory(error, "the flat parts");
-    for (uint32_t h = 0; h < 3 * flat->triangles; ++h)
+    uint32_t *near = NULL;
+    int64_t near_count = 0;
+    qn_status status = wanted && qni_flat_near_changed(flat, numbers, &near, &near_count)
+                           ? QN_OK
+                           : qni_fail_memory(error, "the flat parts");
+    for (uint32_t h = 0; status == QN_OK && h < 3 * flat->triangles; ++h)
         if (flat->changed[h / 3] && flat->corners[h - h % 3] != QN_NO_HALFEDGE)
-            wanted[numbers[flat->corners[h]]] = 1;
-    const qn_mesh_view view = qn_mesh_get_view(mesh);
-    const qn_status status =
-        qni_mesh_crossings(flat->context, &view, "merge", wanted, marks, count, error);
+            wanted[numbers[flat->corners[h]]] = QNI_WANTED_WITH_ALL;
+    if (status == QN_OK) {
+        qn_mesh_view view = qn_mesh_get_view(mesh);
+        view.triangles = near;
+        view.triangle_count = near_count;
+        status = qni_mesh_crossings(flat->context, &view, "merge", wanted, marks, count, error);
+    }
+    qni_free(flat->context, near, near_count, 3 * sizeof *near);
     qni_free(flat->context, wanted, mesh->vertex_count, 1);
     return status;
 }

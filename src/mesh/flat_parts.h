@@ -64,6 +64,11 @@ enum { QNI_FLAT_MOST = 40 };
 bool qni_flat_split(const qni_flat *flat, const qni_plane *plane, const uint32_t *polygon,
                     int count, uint32_t (*triangles)[3]);
 
+/* The triangles that are new and those that come near any of them, by their corners' new numbers
+ * (flat_near.c): to be freed as so many times three. False: no memory. */
+bool qni_flat_near_changed(const qni_flat *flat, const uint32_t *numbers, uint32_t **near_out,
+                           int64_t *count_out);
+
 /* Drop what can be dropped, in the order of the vertices (flat_drop.c). */
 void qni_flat_drop(qni_flat *flat);
 /* Delaunay's rule within the regions where something was dropped (flat_flip.c). */

@@ -43,7 +43,7 @@ typedef struct mender {
     qni_mesh_part part;
     int64_t *starts;  /* [vertex_count + 1]: where the quads of each vertex begin */
     uint32_t *quads;  /* [4 quad_count]: the quads round the vertices, ascending */
-    uint8_t *moving;  /* [vertex_count]: to be moved */
+    uint8_t *moving;  /* [vertex_count]: 0, or QNI_WANTED: to be moved */
     uint8_t *scratch; /* [vertex_count] */
     float *next;      /* [vertex_count][3]: the places after the move */
     double push;      /* world units along the normals, beside the move */
@@ -91,7 +91,7 @@ static void widen(mender *m) {
         const uint32_t *quad = part->quads + 4 * q;
         if (m->moving[quad[0]] | m->moving[quad[1]] | m->moving[quad[2]] | m->moving[quad[3]])
             for (int k = 0; k < 4; ++k)
-                wider[quad[k]] = 1;
+                wider[quad[k]] = QNI_WANTED;
     }
     m->scratch = m->moving;
     m->moving = wider;
@@ -180,7 +180,7 @@ static qn_status mend_part(work *w, mender *m, int width, int64_t *left, qn_erro
     const qni_mesh_part *part = &m->part;
     fill_fans(m);
     for (int64_t v = 0; v < part->vertex_count; ++v) {
-        m->moving[v] = w->marks[part->vertices[v]];
+        m->moving[v] = w->marks[part->vertices[v]] ? QNI_WANTED : 0;
         w->marks[part->vertices[v]] = 0;
     }
     for (int n = 0; n < width; ++n)
@@ -321,7 +321,7 @@ static qn_status mend_near(work *w, const qn_mesh_view *view, const qni_vertex_s
     qn_status status = QN_OK;
     if (w->marks && wanted) {
         for (int64_t v = 0; v < count; ++v)
-            wanted[v] = qni_in_set(suspects, w->whole.vertices[v]);
+            wanted[v] = qni_in_set(suspects, w->whole.vertices[v]) ? QNI_WANTED : 0;
         status = mend(w, wanted, error);
     } else {
         status = qni_fail_memory(error, "the search for crossings");

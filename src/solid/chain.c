@@ -98,12 +98,17 @@ bool qni_chain_from_mesh(qn_context *context, const qn_mesh_view *view, int32_t 
     return good;
 }
 
+void qni_chain_drop_edges(qni_chain *chain) {
+    qni_free(chain->context, chain->edges, 3 * chain->count, sizeof *chain->edges);
+    chain->edges = NULL;
+}
+
 void qni_chain_free(qni_chain *chain) {
     qn_context *context = chain->context;
     qni_free(context, chain->places, chain->vertex_count, sizeof *chain->places);
     qni_free(context, chain->triangles, chain->capacity, sizeof *chain->triangles);
     qni_free(context, chain->owners, chain->capacity, sizeof *chain->owners);
-    qni_free(context, chain->edges, 3 * chain->count, sizeof *chain->edges);
+    qni_chain_drop_edges(chain);
     *chain = (qni_chain){.context = context};
 }
 
@@ -116,19 +121,56 @@ static int compare_edges(const void *a, const void *b) {
     return p->side < q->side ? -1 : p->side > q->side;
 }
 
+static qni_chain_edge edge_of(const qni_chain *chain, int64_t side) {
+    const uint32_t from = chain->triangles[side / 3][side % 3],
+                   to = chain->triangles[side / 3][(side + 1) % 3];
+    const qni_chain_edge edge = {from < to ? from : to, from < to ? to : from, (uint32_t)side,
+                                 from < to ? 1 : -1};
+    return edge;
+}
+
+/* Of one lower vertex, a handful most often; in the order of their sides before. */
+static void sort_bucket(qni_chain_edge *edges, int64_t count) {
+    enum { FEW = 24 };
+    if (count > FEW) {
+        qsort(edges, (size_t)count, sizeof *edges, compare_edges);
+        return;
+    }
+    for (int64_t n = 1; n < count; ++n) {
+        const qni_chain_edge edge = edges[n];
+        int64_t m = n;
+        for (; m > 0 && edges[m - 1].high > edge.high; --m)
+            edges[m] = edges[m - 1];
+        edges[m] = edge;
+    }
+}
+
+/* Counted by their lower vertices. */
+static bool sort_edges(qni_chain *chain) {
+    const int64_t count = 3 * chain->count;
+    uint32_t *ends = qni_alloc_zero(chain->context, chain->vertex_count + 1, sizeof *ends);
+    if (!ends)
+        return false;
+    for (int64_t n = 0; n < count; ++n)
+        ++ends[edge_of(chain, n).low + 1];
+    for (int64_t v = 0; v < chain->vertex_count; ++v)
+        ends[v + 1] += ends[v];
+    for (int64_t n = 0; n < count; ++n) {
+        const qni_chain_edge edge = edge_of(chain, n);
+        chain->edges[ends[edge.low]++] = edge;
+    }
+    for (int64_t v = 0, from = 0; v < chain->vertex_count; from = ends[v++])
+        sort_bucket(chain->edges + from, ends[v] - from);
+    qni_free(chain->context, ends, chain->vertex_count + 1, sizeof *ends);
+    return true;
+}
+
 bool qni_chain_find_edges(qni_chain *chain) {
     int64_t count = 3 * chain->count;
     if (!chain->edges)
         chain->edges = qni_alloc(chain->context, count, sizeof *chain->edges);
-    if (!chain->edges)
+    if (!chain->edges || !sort_edges(chain))
         return false;
-    for (int64_t n = 0; n < count; ++n) {
-        uint32_t from = chain->triangles[n / 3][n % 3], to = chain->triangles[n / 3][(n + 1) % 3];
-        chain->edges[n] = (qni_chain_edge){from < to ? from : to, from < to ? to : from,
-                                           (uint32_t)n, from < to ? 1 : -1};
-    }
-    if (count)
-        qsort(chain->edges, (size_t)count, sizeof *chain->edges, compare_edges);
     chain->rim_edges = chain->odd_edges = 0;
     for (int64_t n = 0, end; n < count; n = end) {
         int64_t net = 0;

@@ -33,6 +33,7 @@ bool qni_chain_from_mesh(qn_context *context, const qn_mesh_view *view, int32_t 
 void qni_chain_free(qni_chain *chain);
 /* Sort the edges and count rims. */
 bool qni_chain_find_edges(qni_chain *chain);
+void qni_chain_drop_edges(qni_chain *chain);
 /* Turn triangles so that neighbours across edges of two agree, most of each piece's area staying as
  * it is. */
 bool qni_chain_orient(qni_chain *chain);

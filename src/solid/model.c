@@ -23,9 +23,9 @@ static void find_box(qni_model *model) {
         for (int k = 0; k < 3 && trees[t]->count; ++k) {
             const qni_panel_node *root = &trees[t]->nodes[0];
             double low = (double)root->low[k], high = (double)root->high[k];
-            model->box.low[k] = t == 0 ? low : fmin(model->box.low[k], low);
-            model->box.high[k] = t == 0 ? high : fmax(model->box.high[k], high);
-            model->size = fmax(model->size, fmax(fabs(low), fabs(high)));
+            model->box.low[k] = t == 0 ? low : qni_lesser(model->box.low[k], low);
+            model->box.high[k] = t == 0 ? high : qni_greater(model->box.high[k], high);
+            model->size = qni_greater(model->size, qni_greater(fabs(low), fabs(high)));
         }
 }
 
@@ -50,6 +50,8 @@ static bool choose(qni_chain *chain, qn_mesh_sign asked, bool *parity_out) {
 }
 
 static bool add_surface(const qni_chain *chain, qni_panel_tree *tree) {
+    if (!qni_panel_tree_reserve(chain->context, tree, chain->count))
+        return false;
     for (int64_t n = 0; n < chain->count; ++n) {
         qni_panel panel = qni_chain_panel(chain, n);
         if (!qni_panel_tree_add(chain->context, tree, &panel))
@@ -70,6 +72,7 @@ static bool fill(qni_chain *chain, const qn_solid_mesh_options *options, qni_mod
                               &report->holes);
     if (!good)
         return false;
+    qni_chain_drop_edges(chain);
     report->turned_triangles = chain->turned;
     report->cap_triangles = model->surface.count - chain->count + model->caps.count;
     report->used = model->parity ? QN_MESH_SIGN_PARITY : QN_MESH_SIGN_WINDING;
@@ -184,6 +187,7 @@ qn_status qn_solid_from_mesh(qn_context *context, const qn_mesh *mesh,
     if (status == QN_OK)
         status = make(context, &chain, options, solid_out, &report, error);
     qni_chain_free(&chain);
+    qni_return_memory(context);
     if (status == QN_OK && report_out)
         *report_out = report;
     return status;

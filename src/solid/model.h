@@ -34,9 +34,11 @@ typedef struct qni_meshed {
     bool listed; /* `near` has all panels that meet the box */
     qni_near_list near;
     struct qni_meshed *larger; /* of a larger box, whose list serves beyond this one; NULL: none */
-    double origin[3];          /* a corner of the box, and the whole winding number there */
-    int64_t origin_winding;
-    int32_t guess; /* the panel that was nearest last; read and written with atomic operations */
+    /* Memories that change no answer: a place in the box whose whole winding number is known, held
+     * by one thread at a time, and the panel that was nearest last (atomic operations). */
+    double known_at[3];
+    int64_t known_winding;
+    int32_t busy, guess;
 } qni_meshed;
 
 /* The panel at a place of the list. */
@@ -44,12 +46,6 @@ static inline const qni_panel *qni_meshed_near_panel(const qni_meshed *solid, in
     const int32_t number = solid->near.numbers[place];
     return number < 0 ? &solid->model->caps.panels[~number] : &solid->model->surface.panels[number];
 }
-
-/* A place whose whole winding number is known. */
-typedef struct qni_winding_at {
-    double at[3];
-    int64_t winding;
-} qni_winding_at;
 
 /* One panel on a segment. */
 typedef struct qni_hit {
@@ -72,7 +68,7 @@ bool qni_is_meshed(const qn_solid *solid);
 /* ---- model_winding.c */
 /* The whole winding number of model and caps: by a ray, or by a walk from a known place near. */
 int64_t qni_model_winding(const qni_model *model, const double p[3]);
-int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3], qni_winding_at *known);
+int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3]);
 /* All panels on the segment, by place; false: no memory. */
 bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[3], qni_hits *hits);
 void qni_hits_sort(qni_hits *hits);

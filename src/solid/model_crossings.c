@@ -96,7 +96,7 @@ static void put_smooth(sweep *way, double t0, double t1, const qni_hit *hits, in
 /* The part from t0 to t1, on which only the caps among `hits` lie. `last` has the sign at b. */
 static void pass_open(sweep *way, double t0, double t1, const qni_hit *hits, int64_t count,
                       const bool *last) {
-    double step = fmin(beside, 0.25 * (t1 - t0));
+    double step = qni_lesser(beside, 0.25 * (t1 - t0));
     int64_t after = way->winding;
     for (int64_t n = 0; n < count; ++n)
         after += hits[n].change;
@@ -112,7 +112,7 @@ static void pass_group(sweep *way, const qni_hit *group, int64_t count, double n
     for (int64_t n = 0; n < count; ++n)
         total += group[n].change;
     way->winding += total;
-    double at = group[0].at, step = fmin(beside, 0.25 * (next - at));
+    double at = group[0].at, step = qni_lesser(beside, 0.25 * (next - at));
     bool inside = way->smooth ? excess(way, at + step, way->winding, NULL) >= 0
                               : qni_whole_is_inside(way->solid->model, way->winding);
     if (inside == way->inside)
@@ -137,10 +137,10 @@ static void pass_group(sweep *way, const qni_hit *group, int64_t count, double n
 static double sameness(const qni_meshed *solid, const double a[3], const double b[3]) {
     double size = solid->model->size, length = 0;
     for (int k = 0; k < 3; ++k) {
-        size = fmax(size, fabs(a[k]) + fabs(b[k]));
-        length = fmax(length, fabs(b[k] - a[k]));
+        size = qni_greater(size, fabs(a[k]) + fabs(b[k]));
+        length = qni_greater(length, fabs(b[k] - a[k]));
     }
-    return length > 0 ? fmin(32 * QNI_EPSILON * size / length, 1e-6) : 0;
+    return length > 0 ? qni_lesser(32 * QNI_EPSILON * size / length, 1e-6) : 0;
 }
 
 static int64_t group_end(const qni_hits *hits, int64_t from, double same) {
@@ -206,7 +206,7 @@ qn_status qni_meshed_crossings(const qn_solid *base, const double a[3], const do
         return QN_ERROR_OUT_OF_MEMORY;
     }
     if (hits.count || smooth) {
-        const int64_t winding = qni_meshed_winding(solid, a, NULL);
+        const int64_t winding = qni_meshed_winding(solid, a);
         int64_t end = winding;
         for (int64_t n = 0; n < hits.count; ++n)
             end += hits.items[n].change;

@@ -10,7 +10,7 @@
 /* ---- eight boxes at a time ----------------------------------------------------------------------
  */
 
-/* A box by floats that holds it. */
+/* A box by floats that holds it, and little more. */
 typedef struct float_box {
     float low[3], high[3];
 } float_box;
@@ -18,12 +18,9 @@ typedef struct float_box {
 static float_box rounded_outwards(const qni_box *box) {
     float_box out;
     for (int k = 0; k < 3; ++k) {
-        out.low[k] = (float)box->low[k];
-        out.high[k] = (float)box->high[k];
-        if ((double)out.low[k] > box->low[k])
-            out.low[k] = nextafterf(out.low[k], -INFINITY);
-        if ((double)out.high[k] < box->high[k])
-            out.high[k] = nextafterf(out.high[k], INFINITY);
+        const float low = (float)box->low[k], high = (float)box->high[k];
+        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
+        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
     }
     return out;
 }
@@ -215,95 +212,68 @@ static void put_panel(qni_near_list *near, int32_t at, const qni_panel *panel) {
     float low[3], high[3];
     for (int k = 0; k < 3; ++k) {
         const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-        const float less = x < y ? x : y, more = x < y ? y : x;
-        low[k] = z < less ? z : less;
-        high[k] = z > more ? z : more;
+        low[k] = qni_least_of(x, y, z);
+        high[k] = qni_most_of(x, y, z);
     }
     put(near, at, low, high);
 }
 
 /* The panel's corners lie in the slab by construction: so it holds of slivers too, whose normal may
- * be any. */
+ * be any. It need not have length 1: its largest component does. */
 static void put_slab(qni_near_list *near, int32_t at, const qni_panel *panel) {
     qni_near_slabs *slabs = &near->slabs[at / QNI_EIGHT];
     const int place = at % QNI_EIGHT;
-    double normal[3], low = QNI_INFINITY, high = -QNI_INFINITY;
-    qni_panel_normal(panel, normal);
+    double normal[3], corner[3][3], low = QNI_INFINITY, high = -QNI_INFINITY, largest = 0;
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+            corner[i][k] = (double)panel->at[i][k] - near->middle[k];
+    for (int k = 0; k < 3; ++k) {
+        const int l = (k + 1) % 3, m = (k + 2) % 3;
+        normal[k] = (corner[1][l] - corner[0][l]) * (corner[2][m] - corner[0][m]) -
+                    (corner[1][m] - corner[0][m]) * (corner[2][l] - corner[0][l]);
+        largest = qni_greater(largest, fabs(normal[k]));
+    }
+    const double scale = largest > 1e-300 ? 1 / largest : 0;
     for (int k = 0; k < 3; ++k)
-        slabs->normal[k][place] = (float)normal[k];
+        slabs->normal[k][place] = (float)(scale * normal[k]);
     for (int i = 0; i < 3; ++i) {
         double height = 0;
         for (int k = 0; k < 3; ++k)
-            height += (double)slabs->normal[k][place] * ((double)panel->at[i][k] - near->middle[k]);
-        low = fmin(low, height);
-        high = fmax(high, height);
+            height += (double)slabs->normal[k][place] * corner[i][k];
+        low = qni_lesser(low, height);
+        high = qni_greater(high, height);
     }
     const double height = 0.5 * (low + high);
     slabs->height[place] = (float)height;
-    slabs->slack[place] = (float)(0.5 * (high - low) + 2e-6 * (near->reach + fabs(height)));
+    slabs->slack[place] = (float)(0.5 * (high - low) + 4e-6 * (near->reach + fabs(height)));
 }
-
-typedef struct gather {
-    const qni_panel_tree *tree;
-    const qni_box *box;
-    int32_t numbers[QNI_MOST_NEAR], count;
-    bool caps;
-} gather;
 
 static const qni_panel *panel_of(const qni_panel_tree *surface, const qni_panel_tree *caps,
                                  int32_t number) {
     return number < 0 ? &caps->panels[~number] : &surface->panels[number];
 }
 
-/* A panel whose box meets a box, but itself does not, is worth finding where it is large. */
-static bool misses(const qni_panel *panel, const qni_box *box) {
-    double extent = 0, room = 0;
-    for (int k = 0; k < 3; ++k) {
-        room = fmax(room, box->high[k] - box->low[k]);
-        for (int i = 0; i < 3; ++i)
-            extent =
-                fmax(extent, fabs((double)panel->at[i][k] - (double)panel->at[(i + 1) % 3][k]));
-    }
-    return extent > room && !qni_panel_meets(panel, box);
-}
-
-static bool gather_one(void *user, int32_t panel) {
-    gather *job = user;
-    if (misses(&job->tree->panels[panel], job->box))
-        return true;
-    if (job->count == QNI_MOST_NEAR)
-        return false;
-    job->numbers[job->count++] = job->caps ? ~panel : panel;
-    return true;
-}
-
 bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
                          const qni_panel_tree *caps, const qni_box *box, qni_near_list *near,
                          bool *few) {
-    gather job;
-    job.tree = surface;
-    job.box = box;
-    job.count = 0;
-    job.caps = false;
+    int32_t numbers[QNI_MOST_NEAR], of_surface, of_caps = 0;
     memset(near, 0, sizeof *near);
-    *few = qni_panel_tree_visit(surface, box, gather_one, &job);
-    const int32_t of_surface = job.count;
-    job.tree = caps;
-    job.caps = true;
-    *few = *few && qni_panel_tree_visit(caps, box, gather_one, &job);
+    *few = qni_panel_tree_list(surface, box, QNI_MOST_NEAR, numbers, &of_surface) &&
+           qni_panel_tree_list(caps, box, QNI_MOST_NEAR - of_surface, numbers + of_surface,
+                               &of_caps);
     if (!*few)
         return true;
-    if (!start(context, near, job.count))
+    if (!start(context, near, of_surface + of_caps))
         return false;
     near->surface_count = of_surface;
     for (int k = 0; k < 3; ++k) {
         near->middle[k] = 0.5 * (box->low[k] + box->high[k]);
         near->reach += box->high[k] - near->middle[k];
     }
-    for (int32_t n = 0; n < job.count; ++n) {
-        const int32_t number = near->numbers[n] = job.numbers[n];
-        put_panel(near, n, panel_of(surface, caps, number));
-        put_slab(near, n, panel_of(surface, caps, number));
+    for (int32_t n = 0; n < near->count; ++n) {
+        near->numbers[n] = n < of_surface ? numbers[n] : ~numbers[n];
+        put_panel(near, n, panel_of(surface, caps, near->numbers[n]));
+        put_slab(near, n, panel_of(surface, caps, near->numbers[n]));
     }
     return true;
 }
@@ -317,13 +287,27 @@ static void copy_slab(const qni_near_list *from, int32_t place, qni_near_list *n
     b->slack[at % QNI_EIGHT] = a->slack[place % QNI_EIGHT];
 }
 
+/* The longest side of a panel's box. */
+static double extent_of(const qni_near_list *near, int32_t at) {
+    const qni_near_eight *eight = &near->eights[at / QNI_EIGHT];
+    double extent = 0;
+    for (int k = 0; k < 3; ++k)
+        extent = qni_greater(extent, (double)eight->high[k][at % QNI_EIGHT] -
+                                         (double)eight->low[k][at % QNI_EIGHT]);
+    return extent;
+}
+
 bool qni_near_from_larger(qn_context *context, const qni_panel_tree *surface,
                           const qni_panel_tree *caps, const qni_near_list *larger,
                           const qni_box *box, qni_near_list *near) {
     int32_t chosen[QNI_MOST_NEAR], count = 0;
+    double room = 0;
+    for (int k = 0; k < 3; ++k)
+        room = qni_greater(room, box->high[k] - box->low[k]);
     const int32_t candidates = qni_near_meeting(larger, box, chosen);
     for (int32_t n = 0; n < candidates; ++n)
-        if (!misses(panel_of(surface, caps, larger->numbers[chosen[n]]), box))
+        if (!(extent_of(larger, chosen[n]) > room) ||
+            qni_panel_meets(panel_of(surface, caps, larger->numbers[chosen[n]]), box))
             chosen[count++] = chosen[n];
     if (!start(context, near, count))
         return false;
@@ -400,22 +384,39 @@ static void search_eight(nearest_job *job, const qni_near_list *near, int32_t ei
             consider(job, near->numbers[QNI_EIGHT * eight + n]);
 }
 
+/* Four roundings to float, and more. */
+static float slack_of(double size, const double p[3]) {
+    return (float)(5e-7 *
+                   qni_greater(size, qni_greater(fabs(p[0]), qni_greater(fabs(p[1]), fabs(p[2])))));
+}
+
+static void search(nearest_job *job, const qni_near_list *near, const float p[3], float slack) {
+    const int32_t eights = eights_of(near->count);
+    for (int32_t group = 0; group < eights_of(eights); ++group) {
+        float squares[QNI_EIGHT];
+        measure(&near->eights[eights + group], p, slack, squares);
+        for (int n = 0; n < QNI_EIGHT; ++n)
+            if (squares[n] <= job->below)
+                search_eight(job, near, QNI_EIGHT * group + n, p, slack);
+    }
+}
+
 int32_t qni_near_nearest(const qni_near_list *near, const qni_panel_tree *surface, double size,
                          const double p[3], int32_t guess, double *square, double nearest[3]) {
     const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
-    const double largest = fmax(size, fmax(fabs(p[0]), fmax(fabs(p[1]), fabs(p[2]))));
-    const float slack = (float)(5e-7 * largest); /* four roundings to float, and more */
-    const int32_t eights = eights_of(near->count);
     nearest_job job = {surface, p, square, nearest, INFINITY, -1};
     *square = QNI_INFINITY;
     consider(&job, guess >= 0 && guess < surface->count ? guess
                                                         : near->numbers[place_to_begin(near, at)]);
-    for (int32_t group = 0; group < eights_of(eights); ++group) {
-        float squares[QNI_EIGHT];
-        measure(&near->eights[eights + group], at, slack, squares);
-        for (int n = 0; n < QNI_EIGHT; ++n)
-            if (squares[n] <= job.below)
-                search_eight(&job, near, QNI_EIGHT * group + n, at, slack);
-    }
+    search(&job, near, at, slack_of(size, p));
     return job.best;
+}
+
+double qni_near_square(const qni_near_list *near, const qni_panel_tree *surface, double size,
+                       const double p[3], double most) {
+    const float at[3] = {(float)p[0], (float)p[1], (float)p[2]};
+    double square = QNI_INFINITY, nearest[3];
+    nearest_job job = {surface, p, &square, nearest, (float)(most * most * (1 + 1e-6)), -1};
+    search(&job, near, at, slack_of(size, p));
+    return square;
 }

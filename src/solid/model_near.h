@@ -52,4 +52,9 @@ int32_t qni_near_crossing(const qni_near_list *near, const double a[3], const do
 int32_t qni_near_nearest(const qni_near_list *near, const qni_panel_tree *surface, double size,
                          const double p[3], int32_t guess, double *square, double nearest[3]);
 
+/* The squared distance of the nearest panel of the surface; of none that is as near as `most`,
+ * anything above its square. */
+double qni_near_square(const qni_near_list *near, const qni_panel_tree *surface, double size,
+                       const double p[3], double most);
+
 #endif

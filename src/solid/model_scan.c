@@ -158,7 +158,7 @@ static void scan_panel(scan_job *job, const qni_panel *panel, bool cap) {
 
 static void walk_signs(scan_job *job, qni_block_scan *scan) {
     const double corner[3] = {job->planes[0][0], job->planes[1][0], job->planes[2][0]};
-    int64_t at_z = qni_meshed_winding(job->solid, corner, NULL);
+    int64_t at_z = qni_meshed_winding(job->solid, corner);
     int64_t *winding = job->winding;
     for (int z = 0; z < POINTS; ++z) {
         int64_t at_y = at_z;

@@ -36,7 +36,8 @@ typedef struct answer {
 static double depth_within(const qni_meshed *solid, const double p[3]) {
     double least = QNI_INFINITY;
     for (int k = 0; k < 3; ++k)
-        least = fmin(least, fmin(p[k] - solid->within.low[k], solid->within.high[k] - p[k]));
+        least = qni_lesser(least,
+                           qni_lesser(p[k] - solid->within.low[k], solid->within.high[k] - p[k]));
     return least - 1e-9 * solid->model->size;
 }
 
@@ -55,9 +56,29 @@ static int32_t nearest_panel(const qni_meshed *solid, const double p[3], int32_t
     return qni_panel_tree_nearest(surface, p, guess, square, nearest);
 }
 
-static void ask(const qni_meshed *solid, const double p[3], qni_winding_at *known, answer *out) {
+/* No sign is asked for, and only what is as near as that. */
+static bool meshed_distance(const qn_solid *solid, const double p[3], double most,
+                            double *distance_out) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    double square, nearest[3];
+    if (!usable(p) || qni_meshed_is_smooth(meshed, p))
+        return false;
+    for (; meshed; meshed = meshed->larger)
+        if (meshed->listed && qni_meshed_holds(meshed, p) && depth_within(meshed, p) > most) {
+            *distance_out = sqrt(qni_near_square(&meshed->near, &meshed->model->surface,
+                                                 meshed->model->size, p, most));
+            return true;
+        }
+    const qni_panel_tree *surface = &((const qni_meshed *)solid)->model->surface;
+    meshed = (const qni_meshed *)solid;
+    nearest_panel(meshed, p, __atomic_load_n(&meshed->guess, __ATOMIC_RELAXED), &square, nearest);
+    *distance_out = surface->count ? sqrt(square) : QNI_INFINITY;
+    return true;
+}
+
+static void ask(const qni_meshed *solid, const double p[3], answer *out) {
     const qni_model *model = solid->model;
-    int64_t winding = qni_meshed_winding(solid, p, known);
+    int64_t winding = qni_meshed_winding(solid, p);
     double square;
     int32_t *guess = (int32_t *)&solid->guess; /* a memory that changes no answer */
     out->panel =
@@ -83,22 +104,15 @@ static double signed_value(const answer *a) {
     return a->inside ? -size : size;
 }
 
-static void start(const qni_meshed *solid, qni_winding_at *known) {
-    memcpy(known->at, solid->origin, sizeof known->at);
-    known->winding = solid->origin_winding;
-}
-
 static qn_status meshed_values(const qn_solid *solid, int64_t count, const double (*points)[3],
                                double *values) {
     const qni_meshed *meshed = (const qni_meshed *)solid;
-    qni_winding_at known;
-    start(meshed, &known);
     for (int64_t n = 0; n < count; ++n) {
         answer here;
         values[n] = QNI_INFINITY;
         if (!usable(points[n]))
             continue;
-        ask(meshed, points[n], &known, &here);
+        ask(meshed, points[n], &here);
         values[n] = signed_value(&here);
     }
     return qni_model_status(meshed->model);
@@ -107,13 +121,11 @@ static qn_status meshed_values(const qn_solid *solid, int64_t count, const doubl
 static qn_status meshed_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
                                bool *inside) {
     const qni_meshed *meshed = (const qni_meshed *)solid;
-    qni_winding_at known;
-    start(meshed, &known);
     for (int64_t n = 0; n < count; ++n) {
         inside[n] = false;
         if (!usable(points[n]))
             continue;
-        int64_t winding = qni_meshed_winding(meshed, points[n], &known);
+        int64_t winding = qni_meshed_winding(meshed, points[n]);
         inside[n] = qni_whole_is_inside(meshed->model, winding);
         if (qni_meshed_is_smooth(meshed, points[n]))
             inside[n] = qni_model_excess(meshed->model, winding, points[n], NULL) >= 0;
@@ -133,31 +145,43 @@ static void across(const qni_meshed *solid, const double p[3], const answer *her
         gradient[k] = value < 0 ? -normal[k] : normal[k];
 }
 
-static void gradient_at(const qni_meshed *solid, const double p[3], double gradient[3],
-                        int32_t *owner) {
-    answer here;
+static void gradient_of(const qni_meshed *solid, const double p[3], const answer *here,
+                        double gradient[3], int32_t *owner) {
     double away[3], up[3] = {0, 0, 1};
-    ask(solid, p, NULL, &here);
-    *owner = here.panel < 0 ? solid->base.owner : solid->model->surface.panels[here.panel].owner;
-    if (here.over_hole) {
-        qni_unit(here.slope, up, gradient);
+    *owner = here->panel < 0 ? solid->base.owner : solid->model->surface.panels[here->panel].owner;
+    if (here->over_hole) {
+        qni_unit(here->slope, up, gradient);
         return;
     }
     for (int k = 0; k < 3; ++k)
-        away[k] = here.inside ? here.nearest[k] - p[k] : p[k] - here.nearest[k];
-    if (here.panel >= 0 && length_of(away) <= 1e-12 * solid->model->size)
-        across(solid, p, &here, gradient);
+        away[k] = here->inside ? here->nearest[k] - p[k] : p[k] - here->nearest[k];
+    if (here->panel >= 0 && length_of(away) <= 1e-12 * solid->model->size)
+        across(solid, p, here, gradient);
     else
         qni_unit(away, up, gradient);
+}
+
+static qn_status meshed_first_order(const qn_solid *solid, const double p[3], double *value,
+                                    double gradient[3], int32_t *owner) {
+    const qni_meshed *meshed = (const qni_meshed *)solid;
+    answer here;
+    *value = QNI_INFINITY;
+    *owner = solid->owner;
+    gradient[0] = gradient[1] = gradient[2] = 0;
+    if (!usable(p))
+        return QN_OK;
+    ask(meshed, p, &here);
+    *value = signed_value(&here);
+    gradient_of(meshed, p, &here, gradient, owner);
+    return qni_model_status(meshed->model);
 }
 
 static qn_status meshed_gradients(const qn_solid *solid, int64_t count, const double (*points)[3],
                                   double (*gradients)[3], int32_t *owners) {
     for (int64_t n = 0; n < count; ++n) {
-        double gradient[3] = {0, 0, 0};
-        int32_t owner = solid->owner;
-        if (usable(points[n]))
-            gradient_at((const qni_meshed *)solid, points[n], gradient, &owner);
+        double value, gradient[3];
+        int32_t owner;
+        meshed_first_order(solid, points[n], &value, gradient, &owner);
         if (gradients)
             memcpy(gradients[n], gradient, sizeof gradient);
         if (owners)
@@ -170,7 +194,7 @@ static double half_diagonal(const qni_box *box, double centre[3]) {
     double squares = 0;
     for (int k = 0; k < 3; ++k) {
         centre[k] = 0.5 * (box->low[k] + box->high[k]);
-        double half = fmax(box->high[k] - centre[k], centre[k] - box->low[k]);
+        double half = qni_greater(box->high[k] - centre[k], centre[k] - box->low[k]);
         squares += half * half;
     }
     return sqrt(squares);
@@ -194,8 +218,7 @@ static bool may_tear(const qni_meshed *solid, const double centre[3], double rea
     const qni_panel_tree *caps = &solid->model->caps;
     if (caps->count == 0 || (qni_meshed_holds(solid, centre) && !solid->smooth))
         return false;
-    double excess =
-        qni_model_excess(solid->model, qni_meshed_winding(solid, centre, NULL), centre, NULL);
+    double excess = qni_model_excess(solid->model, qni_meshed_winding(solid, centre), centre, NULL);
     double change = reach * qni_panel_tree_slope_bound(caps, centre, reach);
     return !(fabs(excess) > change + QNI_ANGLE_SLACK);
 }
@@ -209,7 +232,7 @@ static qn_status meshed_bounds(const qn_solid *solid, const qni_box *box, double
         return QN_OK;
     }
     answer here;
-    ask(meshed, centre, NULL, &here);
+    ask(meshed, centre, &here);
     const double away[3] = {centre[0] - here.nearest[0], centre[1] - here.nearest[1],
                             centre[2] - here.nearest[2]};
     double distance = length_of(away), size = length_of(centre) + meshed->model->size;
@@ -283,18 +306,11 @@ static bool list_panels(const qni_meshed *from, const qni_box *box, qni_meshed *
                                &into->listed);
 }
 
-/* Would a smaller solid know anything more? */
-static bool is_worth_restricting(const qni_meshed *solid, const qni_box *box) {
-    if (solid->listed || solid->model->caps.count)
-        return true;
-    return !qni_panel_tree_has_more(&solid->model->surface, box, QNI_MOST_NEAR);
-}
-
 static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_solid **solid_out) {
     const qni_meshed *meshed = (const qni_meshed *)solid;
     double centre[3], half = half_diagonal(box, centre);
     *solid_out = NULL;
-    if (!usable(centre) || !isfinite(half) || !is_worth_restricting(meshed, box))
+    if (!usable(centre) || !isfinite(half))
         return qni_restrict_to_itself(solid, box, solid_out);
     __atomic_add_fetch(&meshed->model->references, 1, __ATOMIC_RELAXED);
     qni_meshed *local = (qni_meshed *)new_node(meshed->model);
@@ -307,12 +323,16 @@ static qn_status meshed_restrict(const qn_solid *solid, const qni_box *box, qn_s
     bool good = list_panels(meshed, box, local);
     local->local = true;
     for (int k = 0; k < 3; ++k)
-        local->origin[k] = qni_tame(box->low[k]);
+        local->known_at[k] = qni_tame(box->low[k]);
     if (good && local->listed)
-        local->origin_winding = qni_meshed_winding(meshed, box->low, NULL);
+        local->known_winding = qni_meshed_winding(meshed, box->low);
     if (!good || qni_model_status(meshed->model) != QN_OK) {
         qn_solid_destroy(&local->base);
         return QN_ERROR_OUT_OF_MEMORY;
+    }
+    if (!local->listed && meshed->model->caps.count == 0) { /* it would know nothing more */
+        qn_solid_destroy(&local->base);
+        return qni_restrict_to_itself(solid, box, solid_out);
     }
     *solid_out = &local->base;
     return QN_OK;
@@ -326,6 +346,8 @@ static const qni_solid_ops meshed_ops = {
     .crossings = qni_meshed_crossings,
     .restrict_to = meshed_restrict,
     .inside = meshed_inside,
+    .first_order = meshed_first_order,
+    .distance = meshed_distance,
     .changes = meshed_changes,
     .scan = qni_meshed_scan,
 };

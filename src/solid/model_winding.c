@@ -26,11 +26,10 @@ static bool count_one(void *user, int32_t panel) {
 
 /* The change of the whole winding number from a to b. */
 static int64_t change(const qni_model *model, const double a[3], const double b[3]) {
-    qni_box box = qni_segment_box(a, b);
     count_job job = {.tree = &model->surface, .a = a, .b = b, .axis = qni_segment_axis(a, b)};
-    qni_panel_tree_visit(job.tree, &box, count_one, &job);
+    qni_panel_tree_visit_segment(job.tree, a, b, count_one, &job);
     job.tree = &model->caps;
-    qni_panel_tree_visit(job.tree, &box, count_one, &job);
+    qni_panel_tree_visit_segment(job.tree, a, b, count_one, &job);
     return job.sum;
 }
 
@@ -94,26 +93,22 @@ static int64_t near_change(const qni_meshed *solid, const double a[3], const dou
     return sum;
 }
 
-/* Along the axes one after the other: so the walk stays in the box, and cheap tests will do. */
-int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3], qni_winding_at *known) {
-    const qni_meshed *lister = qni_meshed_lister(solid, p, known ? known->at : p);
+/* Straight from the place where it was known last, which is near most often. Where another thread
+ * is at that, a ray says the same. */
+int64_t qni_meshed_winding(const qni_meshed *solid, const double p[3]) {
+    const qni_meshed *lister = qni_meshed_lister(solid, p, p);
     if (!lister)
         return qni_model_winding(solid->model, p);
-    double to[3], next[3];
+    qni_meshed *memory = (qni_meshed *)(uintptr_t)lister;
+    double to[3];
     tame(p, to);
-    qni_winding_at here = {{lister->origin[0], lister->origin[1], lister->origin[2]},
-                           lister->origin_winding};
-    if (known)
-        here = *known;
-    for (int k = 2; k >= 0; --k) {
-        memcpy(next, here.at, sizeof next);
-        next[k] = to[k];
-        here.winding += near_change(lister, here.at, next);
-        here.at[k] = to[k];
-    }
-    if (known)
-        *known = here;
-    return here.winding;
+    if (__atomic_exchange_n(&memory->busy, 1, __ATOMIC_ACQUIRE))
+        return qni_model_winding(solid->model, p);
+    memory->known_winding += near_change(lister, memory->known_at, to);
+    memcpy(memory->known_at, to, sizeof to);
+    const int64_t winding = memory->known_winding;
+    __atomic_store_n(&memory->busy, 0, __ATOMIC_RELEASE);
+    return winding;
 }
 
 /* ---- hits -------------------------------------------------------------------------------------
@@ -199,7 +194,6 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
     hits->items = hits->first;
     hits->count = 0;
     hits->capacity = (int64_t)(sizeof hits->first / sizeof *hits->first);
-    qni_box box = qni_segment_box(from, to);
     hit_job job = {.tree = &solid->model->surface,
                    .a = from,
                    .b = to,
@@ -212,10 +206,10 @@ bool qni_meshed_hits(const qni_meshed *solid, const double a[3], const double b[
     if (lister) {
         good = near_hits(lister, &job);
     } else {
-        good = qni_panel_tree_visit(job.tree, &box, hit_one, &job);
+        good = qni_panel_tree_visit_segment(job.tree, from, to, hit_one, &job);
         job.tree = &solid->model->caps;
         job.cap = true;
-        good = good && qni_panel_tree_visit(job.tree, &box, hit_one, &job);
+        good = good && qni_panel_tree_visit_segment(job.tree, from, to, hit_one, &job);
     }
     qni_hits_sort(hits);
     return good;

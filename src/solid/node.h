@@ -31,6 +31,24 @@ static inline double qni_max(double a, double b) {
     return b > a || a != a ? b : a;
 }
 
+/* Of numbers only: one instruction. */
+static inline double qni_lesser(double a, double b) {
+    return a < b ? a : b;
+}
+static inline double qni_greater(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* The least and the largest of three floats that are numbers. */
+static inline float qni_least_of(float x, float y, float z) {
+    const float less = x < y ? x : y;
+    return z < less ? z : less;
+}
+static inline float qni_most_of(float x, float y, float z) {
+    const float more = x < y ? y : x;
+    return z > more ? z : more;
+}
+
 /* A cleared node with one reference, or NULL. `size` is that of the whole structure, which begins
  * with a qn_solid. */
 qn_solid *qni_solid_new(qn_context *context, size_t size, const qni_solid_ops *ops);
@@ -41,7 +59,14 @@ qni_box qni_box_everything(void);
 /* The box of an empty solid. */
 qni_box qni_box_nothing(void);
 bool qni_box_is_nothing(const qni_box *box);
-qni_box qni_segment_box(const double a[3], const double b[3]);
+static inline qni_box qni_segment_box(const double a[3], const double b[3]) {
+    qni_box box;
+    for (int k = 0; k < 3; ++k) {
+        box.low[k] = a[k] < b[k] ? a[k] : b[k];
+        box.high[k] = a[k] < b[k] ? b[k] : a[k];
+    }
+    return box;
+}
 bool qni_boxes_meet(const qni_box *a, const qni_box *b);
 
 /* Whether p lies in the solid. */

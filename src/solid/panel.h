@@ -78,17 +78,26 @@ double qni_panels_angle(const qni_panel *panels, const int32_t *chosen, int32_t 
 
 /* ---- panel_tree.c */
 
+/* Puts the panels in order and makes the nodes (panel_divide.c), for which there is room. */
+bool qni_panel_tree_divide(qn_context *context, qni_panel_tree *tree);
 /* Builds nodes over the panels that are there; moments too when asked for. False: no memory. */
 bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_moments);
 void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree);
+/* Room for so many panels in all. */
+bool qni_panel_tree_reserve(qn_context *context, qni_panel_tree *tree, int64_t count);
 bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel);
 
 /* Calls `visit` for each panel whose box meets the box; stops and says false when it does. */
 typedef bool qni_panel_visit(void *user, int32_t panel);
 bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
                           void *user);
-/* Whether more than so many panels meet the box, about: leaves count as a whole. */
-bool qni_panel_tree_has_more(const qni_panel_tree *tree, const qni_box *box, int32_t most);
+/* The same for a segment: of each panel that it meets, and of few more. */
+bool qni_panel_tree_visit_segment(const qni_panel_tree *tree, const double a[3], const double b[3],
+                                  qni_panel_visit *visit, void *user);
+/* The panels that meet the box, in the tree's order; large ones only where they themselves meet it,
+ * not just their boxes. False when they are more than `most`. */
+bool qni_panel_tree_list(const qni_panel_tree *tree, const qni_box *box, int32_t most,
+                         int32_t *numbers, int32_t *count);
 /* The panel nearest to p, of equally near ones that of the lowest number; -1 when there is none. A
  * guess (or -1) that is near saves most of the search and changes nothing else. */
 int32_t qni_panel_tree_nearest(const qni_panel_tree *tree, const double p[3], int32_t guess,

@@ -118,11 +118,11 @@ bool qni_panel_meets(const qni_panel *panel, const qni_box *box) {
     double corners[3][3], half[3], normal[3], edges[3][3], size = 0;
     for (int k = 0; k < 3; ++k) {
         const double middle = 0.5 * (box->low[k] + box->high[k]);
-        half[k] = fmax(box->high[k] - middle, middle - box->low[k]);
-        size = fmax(size, fabs(middle) + half[k]);
+        half[k] = qni_greater(box->high[k] - middle, middle - box->low[k]);
+        size = qni_greater(size, fabs(middle) + half[k]);
         for (int i = 0; i < 3; ++i) {
             corners[i][k] = (double)panel->at[i][k] - middle;
-            size = fmax(size, fabs((double)panel->at[i][k]));
+            size = qni_greater(size, fabs((double)panel->at[i][k]));
         }
     }
     const double slack = 1e-12 * size;
@@ -169,7 +169,7 @@ static void half_angle(const qni_panel *panel, const double p[3], double gradien
     for (int i = 0; gradient && i < 3; ++i)
         add_edge(r[i], r[(i + 1) % 3], gradient);
     if (fabs(above) <= 1e-14 * size) /* its sign may be rounding's */
-        above = -qni_panel_side(panel, p) * fmax(fabs(above), 1e-30 * size);
+        above = -qni_panel_side(panel, p) * qni_greater(fabs(above), 1e-30 * size);
     *above_out = above;
 }
 

@@ -1,26 +1,34 @@
 // SPDX-License-Identifier: MIT
-/* The tree of boxes over panels: halves by the middle panel along the longest side. */
+/* The tree of boxes over panels: what is in a box, on a segment, near a point. */
 #include "solid/panel.h"
 
 #include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
-enum { LEAF = 4, MOST_LEVELS = 64 };
+enum { MOST_LEVELS = 64 };
 /* Dipoles stand for what is farther away than this times its radius: then the sum over all of a
  * hole's cap is right to about 5e-3. Asked only beyond the root of the field (cap_field.h). */
 static const double far_away = 6;
 
+bool qni_panel_tree_reserve(qn_context *context, qni_panel_tree *tree, int64_t count) {
+    if (count <= tree->capacity)
+        return true;
+    if (count > INT32_MAX / 2)
+        return false;
+    qni_panel *panels = qni_realloc(context, tree->panels, tree->capacity, count, sizeof *panels);
+    if (!panels)
+        return false;
+    tree->panels = panels;
+    tree->capacity = (int32_t)count;
+    return true;
+}
+
 bool qni_panel_tree_add(qn_context *context, qni_panel_tree *tree, const qni_panel *panel) {
-    if (tree->count == tree->capacity) {
-        int64_t capacity = tree->capacity + tree->capacity / 2 + (int64_t)64;
-        if (capacity > INT32_MAX / 2)
-            return false;
-        qni_panel *panels =
-            qni_realloc(context, tree->panels, tree->capacity, capacity, sizeof *panels);
-        if (!panels)
-            return false;
-        tree->panels = panels;
-        tree->capacity = (int32_t)capacity;
-    }
+    if (tree->count == tree->capacity &&
+        !qni_panel_tree_reserve(context, tree, tree->capacity + tree->capacity / 2 + (int64_t)64))
+        return false;
     tree->panels[tree->count++] = *panel;
     return true;
 }
@@ -30,74 +38,6 @@ void qni_panel_tree_free(qn_context *context, qni_panel_tree *tree) {
     qni_free(context, tree->moments, tree->node_capacity, sizeof *tree->moments);
     qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
     memset(tree, 0, sizeof *tree);
-}
-
-static float middle(const qni_panel *panel, int axis) {
-    float x = panel->at[0][axis], y = panel->at[1][axis], z = panel->at[2][axis];
-    return fminf(x, fminf(y, z)) * 0.5f + fmaxf(x, fmaxf(y, z)) * 0.5f;
-}
-
-static bool before(const qni_panel *a, const qni_panel *b, int axis) {
-    float x = middle(a, axis), y = middle(b, axis);
-    return x < y || (!(y < x) && a->number < b->number);
-}
-
-/* Hoare's selection: the panels before `place` come before the one at it. No two compare equal. */
-static void split_at(qni_panel *panels, int64_t first, int64_t last, int64_t place, int axis) {
-    while (first < last) {
-        qni_panel pivot = panels[first + (last - first) / 2];
-        int64_t i = first, j = last;
-        while (i <= j) {
-            while (before(&panels[i], &pivot, axis))
-                ++i;
-            while (before(&pivot, &panels[j], axis))
-                --j;
-            if (i > j)
-                break;
-            qni_panel swap = panels[i];
-            panels[i++] = panels[j];
-            panels[j--] = swap;
-        }
-        if (place <= j)
-            last = j;
-        else if (place >= i)
-            first = i;
-        else
-            return;
-    }
-}
-
-static void measure(const qni_panel_tree *tree, qni_panel_node *node) {
-    for (int k = 0; k < 3; ++k) {
-        node->low[k] = INFINITY;
-        node->high[k] = -INFINITY;
-    }
-    for (int32_t n = node->first; n < node->first + node->count; ++n)
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) {
-                node->low[k] = fminf(node->low[k], tree->panels[n].at[i][k]);
-                node->high[k] = fmaxf(node->high[k], tree->panels[n].at[i][k]);
-            }
-}
-
-static int32_t build(qni_panel_tree *tree, int32_t first, int32_t count) {
-    int32_t index = tree->node_count++;
-    qni_panel_node *node = &tree->nodes[index];
-    node->first = first;
-    node->count = count;
-    node->second = 0;
-    measure(tree, node);
-    if (count <= LEAF)
-        return index;
-    int axis = 0;
-    for (int k = 1; k < 3; ++k)
-        if (node->high[k] - node->low[k] > node->high[axis] - node->low[axis])
-            axis = k;
-    int32_t half = count / 2;
-    split_at(tree->panels, first, first + (int64_t)count - 1, first + half, axis);
-    build(tree, first, half);
-    node->second = build(tree, first + half, count - half);
-    return index;
 }
 
 static double edge_length(const qni_panel *panel) {
@@ -140,10 +80,21 @@ static void sum_moments(const qni_panel_tree *tree, int32_t index) {
         double low = (double)node->low[k], high = (double)node->high[k];
         moment->centre[k] =
             moment->area > 0 ? moment->centre[k] / moment->area : 0.5 * (low + high);
-        double reach = fmax(moment->centre[k] - low, high - moment->centre[k]);
+        double reach = qni_max(moment->centre[k] - low, high - moment->centre[k]);
         square += reach * reach;
     }
     moment->radius = sqrt(square);
+}
+
+/* Leaves have two panels at least, most have more. */
+static bool trim_nodes(qn_context *context, qni_panel_tree *tree) {
+    qni_panel_node *nodes =
+        qni_realloc(context, tree->nodes, tree->node_capacity, tree->node_count, sizeof *nodes);
+    if (!nodes)
+        return false;
+    tree->nodes = nodes;
+    tree->node_capacity = tree->node_count;
+    return true;
 }
 
 bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_moments) {
@@ -152,33 +103,58 @@ bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_m
     int64_t most = (int64_t)tree->count < 2 ? 1 : 2 * (int64_t)tree->count;
     qni_free(context, tree->nodes, tree->node_capacity, sizeof *tree->nodes);
     tree->nodes = qni_alloc(context, most, sizeof *tree->nodes);
-    if (!tree->nodes) {
-        tree->node_capacity = 0;
+    tree->node_capacity = tree->nodes ? (int32_t)most : 0;
+    if (!tree->nodes || !qni_panel_tree_divide(context, tree) || !trim_nodes(context, tree))
         return false;
-    }
-    tree->node_capacity = (int32_t)most;
-    tree->node_count = 0;
-    build(tree, 0, tree->count);
     if (!with_moments)
         return true;
-    tree->moments = qni_alloc(context, most, sizeof *tree->moments);
+    tree->moments = qni_alloc(context, tree->node_capacity, sizeof *tree->moments);
     for (int32_t n = 0; tree->moments && n < tree->node_count; ++n)
         sum_moments(tree, n);
     return tree->moments != NULL;
 }
 
-static bool meets(const qni_panel_node *node, const qni_box *box) {
+/* A box by floats that holds it, and little more. */
+typedef struct float_box {
+    float low[4], high[4]; /* the last of each is not used */
+} float_box;
+
+static float_box rounded_outwards(const qni_box *box) {
+    float_box out;
+    for (int k = 0; k < 3; ++k) {
+        const float low = (float)box->low[k], high = (float)box->high[k];
+        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
+        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
+    }
+    out.low[3] = out.high[3] = 0;
+    return out;
+}
+
+#ifdef __SSE2__
+
+static bool meets(const qni_panel_node *node, const float_box *box) {
+    const float *bounds = (const float *)(const void *)node; /* one more is loaded than compared */
+    const __m128 low = _mm_cmple_ps(_mm_loadu_ps(bounds), _mm_loadu_ps(box->high)),
+                 high = _mm_cmpge_ps(_mm_loadu_ps(bounds + 3), _mm_loadu_ps(box->low));
+    return (_mm_movemask_ps(_mm_and_ps(low, high)) & 7) == 7;
+}
+
+#else
+
+static bool meets(const qni_panel_node *node, const float_box *box) {
     for (int k = 0; k < 3; ++k)
-        if ((double)node->low[k] > box->high[k] || (double)node->high[k] < box->low[k])
+        if (node->low[k] > box->high[k] || node->high[k] < box->low[k])
             return false;
     return true;
 }
 
+#endif
+
 static bool panel_meets(const qni_panel *panel, const qni_box *box) {
     for (int k = 0; k < 3; ++k) {
-        float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-        if ((double)fminf(x, fminf(y, z)) > box->high[k] ||
-            (double)fmaxf(x, fmaxf(y, z)) < box->low[k])
+        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        if ((double)qni_least_of(x, y, z) > box->high[k] ||
+            (double)qni_most_of(x, y, z) < box->low[k])
             return false;
     }
     return true;
@@ -186,13 +162,14 @@ static bool panel_meets(const qni_panel *panel, const qni_box *box) {
 
 bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
                           void *user) {
+    const float_box around = rounded_outwards(box);
     int32_t stack[MOST_LEVELS], height = 0;
     if (tree->count)
         stack[height++] = 0;
     while (height) {
         int32_t index = stack[--height];
         const qni_panel_node *node = &tree->nodes[index];
-        if (!meets(node, box))
+        if (!meets(node, &around))
             continue;
         if (node->second) {
             stack[height++] = node->second;
@@ -206,6 +183,64 @@ bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_pa
     return true;
 }
 
+/* A segment, to be compared with boxes that meet its own: by the axes across it and an edge of
+ * theirs. */
+typedef struct segment_job {
+    double middle[3], half[3];
+    double slack; /* more than what rounding does to products */
+} segment_job;
+
+static bool passes_by(const segment_job *segment, const qni_panel_node *node) {
+    double off[3], half[3];
+    for (int k = 0; k < 3; ++k) {
+        const double low = (double)node->low[k], high = (double)node->high[k];
+        off[k] = segment->middle[k] - 0.5 * (low + high);
+        half[k] = 0.5 * (high - low);
+    }
+    for (int k = 0; k < 3; ++k) {
+        const int l = k == 2 ? 0 : k + 1, m = k == 0 ? 2 : k - 1;
+        const double a = segment->half[l], b = segment->half[m];
+        if (fabs(off[l] * b - off[m] * a) > half[l] * fabs(b) + half[m] * fabs(a) + segment->slack)
+            return true;
+    }
+    return false;
+}
+
+bool qni_panel_tree_visit_segment(const qni_panel_tree *tree, const double a[3], const double b[3],
+                                  qni_panel_visit *visit, void *user) {
+    const qni_box box = qni_segment_box(a, b);
+    const float_box around = rounded_outwards(&box);
+    segment_job segment = {.slack = 0};
+    double size = 0, length = 0;
+    int32_t stack[MOST_LEVELS], height = 0;
+    if (tree->count)
+        stack[height++] = 0;
+    for (int k = 0; k < 3 && height; ++k) {
+        segment.middle[k] = 0.5 * (a[k] + b[k]);
+        segment.half[k] = 0.5 * (b[k] - a[k]);
+        length = qni_greater(length, fabs(segment.half[k]));
+        size = qni_greater(size, fabs((double)tree->nodes[0].low[k]));
+        size = qni_greater(size, fabs((double)tree->nodes[0].high[k]));
+        size = qni_greater(size, qni_greater(fabs(a[k]), fabs(b[k])));
+    }
+    segment.slack = 64 * QNI_EPSILON * length * size;
+    while (height) {
+        const int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        if (!meets(node, &around) || passes_by(&segment, node))
+            continue;
+        if (node->second) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
+            continue;
+        }
+        for (int32_t n = node->first; n < node->first + node->count; ++n)
+            if (panel_meets(&tree->panels[n], &box) && !visit(user, n))
+                return false;
+    }
+    return true;
+}
+
 static bool lies_within(const qni_panel_node *node, const qni_box *box) {
     for (int k = 0; k < 3; ++k)
         if ((double)node->low[k] < box->low[k] || (double)node->high[k] > box->high[k])
@@ -213,23 +248,46 @@ static bool lies_within(const qni_panel_node *node, const qni_box *box) {
     return true;
 }
 
-bool qni_panel_tree_has_more(const qni_panel_tree *tree, const qni_box *box, int32_t most) {
-    int32_t stack[MOST_LEVELS], height = 0, count = 0;
+/* A panel whose box meets a box, but itself does not, is worth finding where it is large. */
+static bool misses(const qni_panel *panel, const qni_box *box) {
+    double extent = 0, room = 0;
+    for (int k = 0; k < 3; ++k) {
+        const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
+        room = qni_greater(room, box->high[k] - box->low[k]);
+        extent = qni_greater(extent, (double)qni_most_of(x, y, z) - (double)qni_least_of(x, y, z));
+    }
+    return extent > room && !qni_panel_meets(panel, box);
+}
+
+bool qni_panel_tree_list(const qni_panel_tree *tree, const qni_box *box, int32_t most,
+                         int32_t *numbers, int32_t *count) {
+    const float_box around = rounded_outwards(box);
+    int32_t stack[MOST_LEVELS], height = 0;
+    *count = 0;
     if (tree->count)
         stack[height++] = 0;
-    while (height && count <= most) {
+    while (height) {
         const int32_t index = stack[--height];
         const qni_panel_node *node = &tree->nodes[index];
-        if (!meets(node, box))
+        if (!meets(node, &around))
             continue;
-        if (!node->second || lies_within(node, box)) {
-            count += node->count;
+        const bool within = lies_within(node, box);
+        if (node->second && !within) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
             continue;
         }
-        stack[height++] = node->second;
-        stack[height++] = index + 1;
+        if (within && *count + node->count > most)
+            return false;
+        for (int32_t n = node->first; n < node->first + node->count; ++n) {
+            if (!within && (!panel_meets(&tree->panels[n], box) || misses(&tree->panels[n], box)))
+                continue;
+            if (*count == most)
+                return false;
+            numbers[(*count)++] = n;
+        }
     }
-    return count > most;
+    return true;
 }
 
 static double square_to_node(const qni_panel_node *node, const double p[3]) {

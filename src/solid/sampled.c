@@ -38,18 +38,20 @@ bool qni_sampled_corners(const qn_solid *solid, const int64_t cell[3], double co
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
+/* Which planes a position lies between is decided by these; the cell that is tried first is a
+ * guess.
+ */
 void qni_locate_axis(const qni_sample_frame *frame, int k, double position, qni_cell_place *place) {
-    const int64_t last = frame->count[k] - 2;
-    const double guess = (position - frame->origin[k]) / frame->step[k];
-    int64_t cell = !(guess > 0) ? 0 : guess < (double)last ? (int64_t)guess : last;
-    while (cell > 0 && position < qni_sample_plane(frame, k, cell))
+    const int32_t last = frame->count[k] - 2;
+    const double guess = (position - frame->origin[k]) * frame->per_step[k];
+    int32_t cell = !(guess > 0) ? 0 : guess < (double)last ? (int32_t)guess : last;
+    double low = qni_sample_plane(frame, k, cell), high = qni_sample_plane(frame, k, cell + 1);
+    for (; cell > 0 && position < low; high = low, low = qni_sample_plane(frame, k, cell))
         --cell;
-    while (cell < last && position >= qni_sample_plane(frame, k, cell + 1))
+    for (; cell < last && position >= high; low = high, high = qni_sample_plane(frame, k, cell + 1))
         ++cell;
-    const double low = qni_sample_plane(frame, k, cell),
-                 high = qni_sample_plane(frame, k, cell + 1);
     const double along = (position - low) / (high - low);
-    place->cell[k] = (int32_t)cell;
+    place->cell[k] = cell;
     place->width[k] = high - low;
     place->along[k] = along > 0 ? along < 1 ? along : 1 : 0;
 }

@@ -15,6 +15,7 @@
  * permutation, which moves floats without rounding. Others keep only the steps here. */
 typedef struct qni_sample_frame {
     double origin[3], step[3]; /* step > 0 */
+    double per_step[3];        /* cells to a unit of length, about */
     int32_t count[3];          /* points */
     double to_world[3][4];
     bool exact;  /* to_world moves floats to floats */

@@ -81,5 +81,7 @@ void qni_sample_frame_init(qni_sample_frame *frame, const double world[3][4],
         set_exact(frame, world, axis_of);
     if (!along_axes || !fits_floats(frame))
         set_turned(frame, world);
+    for (int k = 0; k < 3; ++k)
+        frame->per_step[k] = 1 / frame->step[k];
     frame->turned = determinant((const double(*)[4])frame->to_world) < 0;
 }

@@ -76,15 +76,6 @@ bool qni_box_is_finite(const qni_box *box) {
     return true;
 }
 
-qni_box qni_segment_box(const double a[3], const double b[3]) {
-    qni_box box;
-    for (int k = 0; k < 3; ++k) {
-        box.low[k] = a[k] < b[k] ? a[k] : b[k];
-        box.high[k] = a[k] < b[k] ? b[k] : a[k];
-    }
-    return box;
-}
-
 bool qni_boxes_meet(const qni_box *a, const qni_box *b) {
     for (int k = 0; k < 3; ++k)
         if (a->low[k] > b->high[k] || b->low[k] > a->high[k])
@@ -106,13 +97,22 @@ qn_status qni_solid_inside(const qn_solid *solid, int64_t count, const double (*
     return QN_OK;
 }
 
+qn_status qni_solid_first_order(const qn_solid *solid, const double p[3], double *value,
+                                double gradient[3], int32_t *owner) {
+    if (solid->ops->first_order)
+        return solid->ops->first_order(solid, p, value, gradient, owner);
+    const double point[1][3] = {{p[0], p[1], p[2]}};
+    QN_TRY(solid->ops->values(solid, 1, point, value));
+    return solid->ops->gradients(solid, 1, point, (double(*)[3])gradient, owner);
+}
+
 qn_status qni_solid_contains(const qn_solid *solid, const double p[3], bool *inside_out) {
     double point[1][3] = {{p[0], p[1], p[2]}};
     return qni_solid_inside(solid, 1, (const double(*)[3])point, inside_out);
 }
 
 void qni_unit(const double v[3], const double fallback[3], double unit[3]) {
-    double largest = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+    double largest = qni_greater(fabs(v[0]), qni_greater(fabs(v[1]), fabs(v[2])));
     bool usable =
         largest > 0 && largest < QNI_INFINITY && v[0] == v[0] && v[1] == v[1] && v[2] == v[2];
     if (!usable) {

@@ -62,6 +62,14 @@ typedef struct qni_solid_ops {
      * says what can be between them; true when they are known and f is continuous there. May be
      * NULL. */
     bool (*slopes)(const qn_solid *solid, const qni_box *box, double ranges[3][2]);
+    /* f and its gradient at one point, and the owner there, where that costs less than one after
+     * the other. May be NULL. */
+    qn_status (*first_order)(const qn_solid *solid, const double p[3], double *value,
+                             double gradient[3], int32_t *owner);
+    /* |f| at a point, or anything above `most` where it is more: of solids whose gradients have
+     * length 1, and where that costs less than the sign does; false where it is not known. May be
+     * NULL. */
+    bool (*distance)(const qn_solid *solid, const double p[3], double most, double *distance_out);
     /* Whether f may change sign in the box, where that is known for less than bounds cost; false
      * when it is not. May be NULL. */
     bool (*changes)(const qn_solid *solid, const qni_box *box, bool *may_out);
@@ -102,6 +110,10 @@ qn_status qni_find_single(const qn_solid *solid, const double a[3], const double
 /* Which points have values below 0, the cheapest way there is. */
 qn_status qni_solid_inside(const qn_solid *solid, int64_t count, const double (*points)[3],
                            bool *inside);
+
+/* f and its gradient at a point, and the owner there, the cheapest way there is. */
+qn_status qni_solid_first_order(const qn_solid *solid, const double p[3], double *value,
+                                double gradient[3], int32_t *owner);
 
 qn_solid *qni_solid_retain(const qn_solid *solid);
 
