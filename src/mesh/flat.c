@@ -32,13 +32,21 @@ static bool allocate(qni_flat *flat) {
            flat->changed;
 }
 
-static void release(qni_flat *flat) {
+/* Who neighbours whom. */
+static void release_links(qni_flat *flat) {
     qn_context *context = flat->context;
     const int64_t sides = 3 * flat->triangles;
-    qni_free(context, flat->corners, sides, sizeof *flat->corners);
     qni_free(context, flat->twins, sides, sizeof *flat->twins);
     qni_free(context, flat->creased, sides, 1);
     qni_free(context, flat->starts, flat->vertices, sizeof *flat->starts);
+    flat->twins = flat->starts = NULL;
+    flat->creased = NULL;
+}
+
+static void release(qni_flat *flat) {
+    qn_context *context = flat->context;
+    release_links(flat);
+    qni_free(context, flat->corners, 3 * flat->triangles, sizeof *flat->corners);
     qni_free(context, flat->regions, flat->triangles, sizeof *flat->regions);
     qni_free(context, flat->changed, flat->triangles, 1);
     qni_free(context, flat->planes, flat->plane_room, sizeof *flat->planes);
@@ -163,12 +171,13 @@ static qn_status find_meetings(const qni_flat *flat, const uint32_t *numbers, co
 }
 
 /* *out stays NULL when regions were barred. */
-static qn_status finish(const qni_flat *flat, uint32_t *numbers, barred_regions *barred,
-                        qn_mesh **out, qn_error *error) {
+static qn_status finish(qni_flat *flat, uint32_t *numbers, barred_regions *barred, qn_mesh **out,
+                        qn_error *error) {
     int64_t vertices = 0, meetings = 0;
     for (int64_t v = 0; v < flat->vertices; ++v)
         numbers[v] = flat->starts[v] == QN_NO_HALFEDGE ? 0 : (uint32_t)vertices++;
     QN_TRY(pack(flat, numbers, vertices, out, error));
+    release_links(flat);
     uint8_t *marks = qni_alloc(flat->context, vertices, 1);
     qn_status status = marks ? find_meetings(flat, numbers, *out, marks, &meetings, error)
                              : qni_fail_memory(error, "the flat parts");
