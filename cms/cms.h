@@ -190,6 +190,7 @@ typedef struct qni_patch {
     bool split; /* the first loop is cut in parts: all others */
     int64_t traced_loops;
     int32_t cuts_left;  /* to be tried */
+    int32_t most_depth; /* of parts that are cut again */
     double cut_within;  /* what is cut must lie this near to the surface */
     bool flat_only;     /* sheets that curve are not followed */
     uint8_t youngest;   /* the last pass in which one of its segments was solved */
@@ -376,6 +377,10 @@ bool qni_cell_is_explained_by(const qni_patch *patch);
 bool qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
 bool qni_creases_hold(const qni_patch *patch);
 bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]);
+/* The same of one loop's triangles. */
+bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop);
+/* Of unit length; 0 when it has none. */
+void qni_patch_unit_normal(const qni_patch *patch, const int32_t triangle[3], double normal[3]);
 bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);
 
 /* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping
