@@ -35,9 +35,9 @@ typedef struct qni_cms_settings {
     bool join_ties; /* where a face's saddle lies on the surface its inside corners are joined */
 } qni_cms_settings;
 
-/* Where parts of the solid meet there is a crease, known by their owners, though the angle be small:
- * it is followed as all are, and tagged only where the angle is one of creases. Do two tangents lie
- * on both sides of one? */
+/* Where parts of the solid meet there is a crease, known by their owners, though the angle be
+ * small; it is followed as all are, and tagged only where the angle is one of creases. Do two
+ * tangents lie on both sides of one? */
 static inline bool qni_is_crease(const qni_cms_settings *settings, double likeness, int32_t owner,
                                  int32_t other) {
     return likeness < (owner == other ? settings->crease_cosine : settings->seam_cosine);
@@ -392,6 +392,9 @@ bool qni_cell_is_explained_by(const qni_patch *patch);
 bool qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
 bool qni_creases_hold(const qni_patch *patch);
 bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3]);
+/* Is the edge between two triangles a crease that turns enough to be tagged, and does it lie where
+ * the solid's is? */
+bool qni_is_true_fold(const qni_patch *patch, const int32_t a[4], const int32_t b[4]);
 /* The same of one loop's triangles. */
 bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop);
 /* Of unit length; 0 when it has none. */

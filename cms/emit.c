@@ -44,15 +44,14 @@ static double height_over(const qni_patch *patch, const int32_t triangle[4],
     return most;
 }
 
-/* Of the vertices from one on that know a plane, the one in whose plane a triangle lies the nearest;
- * NULL when none does. */
+/* Of the vertices from one on that know a plane, the one in whose plane a triangle lies best; NULL
+ * when none does. */
 static const qni_loop_vertex *nearest_plane(const qni_patch *patch, const int32_t triangle[4],
                                             const qni_loop_vertex *from, int64_t count,
                                             double *least) {
     const qni_loop_vertex *best = NULL;
     for (int64_t n = 0; n < count; ++n) {
-        const double height =
-            from[n].has_plane ? height_over(patch, triangle, &from[n]) : HUGE_VAL;
+        const double height = from[n].has_plane ? height_over(patch, triangle, &from[n]) : HUGE_VAL;
         if (height < *least) {
             *least = height;
             best = &from[n];
@@ -112,20 +111,23 @@ static bool are_folded(const qni_patch *patch, const int32_t a[4], const int32_t
 }
 
 /* Is the spoke to a sharp feature tagged? A crease is; where two parts of the solid meet at a small
- * angle, if the sheets on both sides of the feature turn enough, or the fan's triangles do. */
+ * angle, if the sheets on both sides of the feature turn enough, or the fan's triangles do. From an
+ * apex that had to be put where no corner is, only if the solid's crease is there, too. */
 static bool is_tagged(const qni_patch *patch, const qni_loop *loop, int32_t n) {
     const qni_loop_vertex *v = patch->vertices + loop->first,
                           *before = plane_beside(v, loop->count, n, -1),
                           *after = v[n].has_plane ? &v[n] : plane_beside(v, loop->count, n, 1);
-    const int32_t(*fan)[4] = (const int32_t(*)[4])patch->triangles + loop->triangle_first;
+    const int32_t(*fan)[4] = (const int32_t(*)[4])patch->triangles + loop->triangle_first,
+          *last = fan[(n + loop->count - 1) % loop->count], *next = fan[n];
+    const bool is_fan = loop->triangle_count == loop->count;
+    if (loop->escaped)
+        return is_fan && qni_is_true_fold(patch, last, next);
     return !before || !after || before->owner == after->owner ||
            qni_dot3(before->normal, after->normal) < patch->settings->crease_cosine ||
-           (loop->triangle_count == loop->count &&
-            are_folded(patch, fan[(n + loop->count - 1) % loop->count], fan[n]));
+           (is_fan && are_folded(patch, last, next));
 }
 
-/* From a fan's apex to each sharp feature on the walls; not from one that had to be put where no
- * corner is. */
+/* From a fan's apex to each sharp feature on the walls. */
 static bool emit_spokes(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
                         const qni_loop *loop, uint32_t apex, int64_t inner_first) {
     for (int32_t m = 0; m < loop->count; ++m) {
@@ -183,8 +185,7 @@ static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *
                          const uint32_t *apex_refs, int64_t inner_first) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         const qni_loop *loop = &patch->loops[n];
-        if (loop->has_apex && !loop->escaped &&
-            !emit_spokes(stages, chunk, patch, loop, apex_refs[n], inner_first))
+        if (loop->has_apex && !emit_spokes(stages, chunk, patch, loop, apex_refs[n], inner_first))
             return false;
         if (!loop->has_apex && !patch->split &&
             !emit_folds(stages, chunk, patch, loop->triangle_first,

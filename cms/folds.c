@@ -133,6 +133,24 @@ static bool is_wide(const qni_patch *patch, const int32_t a[4], const int32_t b[
     return height2 >= beside * beside;
 }
 
+bool qni_is_true_fold(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
+    double m[3], n[3];
+    qni_patch_unit_normal(patch, a, m);
+    qni_patch_unit_normal(patch, b, n);
+    return is_wide(patch, a, b) && is_wide(patch, b, a) &&
+           qni_dot3(m, n) < patch->settings->crease_cosine && pair_holds(patch, a, b, m, n);
+}
+
+/* A spoke between two triangles that hardly turn is no crease. */
+static bool is_flat_spoke(const qni_patch *patch, const int32_t a[4], const int32_t b[4],
+                          const double m[3], const double n[3]) {
+    static const double least_turn = 0.996; /* 5 degrees */
+    const int at = shared_edge(a, b);
+    const int32_t from = a[at], to = a[(at + 1) % 3];
+    return (from < 0 || to < 0) && is_sharp(patch, from) && is_sharp(patch, to) &&
+           qni_dot3(m, n) > least_turn;
+}
+
 bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop) {
     const int64_t end = loop->triangle_first + loop->triangle_count;
     for (int64_t s = loop->triangle_first; s < end; ++s)
@@ -143,7 +161,7 @@ bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop) {
                 continue;
             qni_patch_unit_normal(patch, a, m);
             qni_patch_unit_normal(patch, b, n);
-            if (!pair_holds(patch, a, b, m, n))
+            if (is_flat_spoke(patch, a, b, m, n) || !pair_holds(patch, a, b, m, n))
                 return false;
         }
     return true;

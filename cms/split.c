@@ -268,8 +268,8 @@ static double leaves_surface(const qni_patch *patch, const float from[3], const 
     return most;
 }
 
-/* Of the sheet that a vertex leads the one from which the straight way to a point is on the surface;
- * the leader, unless another is clearly better. */
+/* Of the sheet that a vertex leads the one from which the straight way to a point is on the
+ * surface; the leader, unless another is clearly better. */
 static int32_t end_of_cut(const qni_patch *patch, const qni_loop *loop, int32_t leader,
                           const double point[3]) {
     const qni_loop_vertex *v = patch->vertices + loop->first;

@@ -16,8 +16,8 @@ enum { STEPS = 24 };
 bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b) {
     const double *m = a->crossing->normal, *n = b->crossing->normal;
     return job->settings->features &&
-           qni_is_crease(job->settings, m[0] * n[0] + m[1] * n[1] + m[2] * n[2],
-                         a->crossing->owner, b->crossing->owner);
+           qni_is_crease(job->settings, m[0] * n[0] + m[1] * n[1] + m[2] * n[2], a->crossing->owner,
+                         b->crossing->owner);
 }
 
 double qni_line_step(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b) {
@@ -167,8 +167,8 @@ bool qni_pair_is_plain(const qni_face_job *job, const qni_face_point *enter,
         return false;
     const double off[2] = {middle.at[0] - 0.5 * (from[0] + to[0]),
                            middle.at[1] - 0.5 * (from[1] + to[1])};
-    return hypot(off[0], off[1]) < 0.5 * length &&
-           !parts(job, &middle, &enter->line) && !parts(job, &middle, &leave->line);
+    return hypot(off[0], off[1]) < 0.5 * length && !parts(job, &middle, &enter->line) &&
+           !parts(job, &middle, &leave->line);
 }
 
 /* BEND_PARTED: another sheet lies between. */
