@@ -376,19 +376,33 @@ static bool may_be_flat(const qni_patch *patch, const qni_loop *loop) {
     return true;
 }
 
+/* Do several parts of the solid have a piece of the loop? */
+static bool has_owners(const qni_patch *patch, const qni_loop *loop) {
+    const qni_loop_vertex *v = &patch->vertices[loop->first];
+    int32_t first = 0;
+    while (first < loop->count && !v[first].crossing)
+        ++first;
+    for (int32_t n = first; n < loop->count; ++n)
+        if (v[n].crossing && v[n].owner != v[first].owner)
+            return true;
+    return false;
+}
+
 /* How to look for cuts. */
 typedef struct split_pass {
     bool flat;
+    bool of_owners;      /* for loops of several parts of the solid only */
     int32_t depth, cuts; /* at most */
     double within;       /* what is cut must lie this near to the surface, in cells */
 } split_pass;
 
-/* What is flat is found by values alone, and may be looked for long; what curves takes tangents:
- * one cut that does first, before parts are cut again. */
+/* What is flat is found by values alone, and may be looked for long; what curves takes tangents.
+ * Where parts of the solid meet two corners in a cell are the rule: one cut is tried everywhere
+ * before what it leaves is cut again. */
 static const split_pass passes[] = {
-    {true, MOST_DEPTH, MOST_FLAT_CUTS, 2e-5},
-    {false, 1, MOST_CUTS, 0.05},
-    {false, MOST_DEPTH, MOST_CUTS, 0.05},
+    {true, false, MOST_DEPTH, MOST_FLAT_CUTS, 2e-5},
+    {false, true, 1, MOST_CUTS, 0.05},
+    {false, false, MOST_DEPTH, MOST_CUTS, 0.05},
 };
 
 bool qni_patch_split(qni_patch *patch) {
@@ -397,8 +411,11 @@ bool qni_patch_split(qni_patch *patch) {
     const int count = sizeof passes / sizeof *passes;
     const int first = may_be_flat(patch, &patch->loops[0]) ? 0 : 1,
               end = patch->united && patch->size_cells > 2 ? 1 : count;
+    const bool owners = has_owners(patch, &patch->loops[0]);
     patch->split = false;
     for (int n = first; n < end && !patch->split; ++n) {
+        if (passes[n].of_owners && !owners)
+            continue;
         patch->flat_only = passes[n].flat;
         patch->cut_within = passes[n].within * cell;
         patch->cuts_left = passes[n].cuts;
