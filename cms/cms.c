@@ -406,8 +406,10 @@ static qni_cms_settings settings_of(const qni_cms_job *job, const qni_lattice *l
                                     const qn_solid_surface_options *options) {
     const double pi = 3.14159265358979323846;
     const double crease = cos((options->crease > 0 ? options->crease : 30) * pi / 180);
+    const double seam = cos((options->crease > 0 ? options->crease : 30) * pi / 540);
     const qni_cms_settings settings = {
         .crease_cosine = job->creases ? crease : -2,
+        .seam_cosine = job->creases ? seam : -2, /* a third of the angle */
         .facing_cosine = job->samples ? 0.5 : crease,
         .tolerance = options->tolerance > 0 ? options->tolerance : lattice->cell / 20,
         .features = !options->no_features,

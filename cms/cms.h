@@ -27,12 +27,21 @@ enum { QNI_REF_SHIFT = 30 };
 
 typedef struct qni_cms_settings {
     double crease_cosine; /* below -1: no creases */
+    double seam_cosine;   /* the same where two parts of the solid meet: no less */
     double facing_cosine; /* a triangle explains samples whose normals differ by no more */
     double tolerance;     /* world units */
     bool features, open;
     bool scalar;    /* the surface of a trilinear f: ambiguities are settled by its values alone */
     bool join_ties; /* where a face's saddle lies on the surface its inside corners are joined */
 } qni_cms_settings;
+
+/* Where parts of the solid meet there is a crease, known by their owners, though the angle be
+ * small; it is followed as all are, and tagged only where the angle is one of creases. Do two
+ * tangents lie on both sides of one? */
+static inline bool qni_is_crease(const qni_cms_settings *settings, double likeness, int32_t owner,
+                                 int32_t other) {
+    return likeness < (owner == other ? settings->crease_cosine : settings->seam_cosine);
+}
 
 /* What to make the surface of. */
 typedef struct qni_cms_job {
@@ -191,6 +200,7 @@ typedef struct qni_patch {
     bool split; /* the first loop is cut in parts: all others */
     int64_t traced_loops;
     int32_t cuts_left;  /* to be tried */
+    int32_t most_depth; /* of parts that are cut again */
     double cut_within;  /* what is cut must lie this near to the surface */
     bool flat_only;     /* sheets that curve are not followed */
     uint8_t youngest;   /* the last pass in which one of its segments was solved */
@@ -318,15 +328,21 @@ static inline float qni_between(double value, float low, float high) {
     return rounded < least ? least : rounded > most ? most : rounded;
 }
 
+/* A tangent plane of the surface, and whose it is. */
+typedef struct qni_tangent {
+    double at[3], normal[3]; /* unit length */
+    int32_t owner;
+} qni_tangent;
+
 /* The surface within `reach` of a point along a unit direction; its normal must be that given,
  * nearly (near.c). */
 bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
-                      const double normal[3], double reach, double at_out[3], double normal_out[3]);
+                      const double normal[3], double reach, qni_tangent *out);
 /* The same from a tangent to a target near its plane, on the same sheet: across a crease is false.
  */
-bool qni_surface_along(const qn_solid *solid, const double at[3], const double normal[3],
-                       const double target[3], const double direction[3], double reach,
-                       double crease_cosine, double at_out[3], double normal_out[3]);
+bool qni_surface_along(const qn_solid *solid, const qni_cms_settings *settings,
+                       const qni_tangent *from, const double target[3], const double direction[3],
+                       double reach, qni_tangent *out);
 
 /* Is a point within a distance of the surface, to first order (near.c)? */
 bool qni_is_on_surface(const qn_solid *solid, const double point[3], double tolerance);
@@ -387,6 +403,13 @@ qni_doubt qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
  * are only looked at as far as that allows. */
 bool qni_creases_hold(const qni_patch *patch, double least);
 bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3], double least);
+/* Is the edge between two triangles a crease that turns enough to be tagged, and does it lie where
+ * the solid's is? */
+bool qni_is_true_fold(const qni_patch *patch, const int32_t a[4], const int32_t b[4]);
+/* The same of one loop's triangles. */
+bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop);
+/* Of unit length; 0 when it has none. */
+void qni_patch_unit_normal(const qni_patch *patch, const int32_t triangle[3], double normal[3]);
 bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);
 
 /* Singular value decomposition (svd.c): the least-squares point of planes about a centre, keeping

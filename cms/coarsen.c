@@ -158,7 +158,7 @@ static bool sample_is_near(void *user, const qni_hermite_crossing *crossing) {
     return false;
 }
 
-static void unit_normal(const qni_patch *patch, const int32_t triangle[3], double normal[3]) {
+void qni_patch_unit_normal(const qni_patch *patch, const int32_t triangle[3], double normal[3]) {
     const float *origin = qni_patch_place(patch, triangle[0]);
     const double from[3] = {(double)origin[0], (double)origin[1], (double)origin[2]};
     double a[3], b[3];
@@ -190,7 +190,7 @@ static bool measure_normals(const qni_patch *patch, double (*normals)[3]) {
     if (patch->triangle_count > MOST_TRIANGLES)
         return false;
     for (int64_t t = 0; t < patch->triangle_count; ++t)
-        unit_normal(patch, patch->triangles[t], normals[t]);
+        qni_patch_unit_normal(patch, patch->triangles[t], normals[t]);
     return true;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* What a cell hands over: its triangles with their owners, its inner vertices, its crease edges. */
 #include "cms/stages.h"
+#include "cms/vector.h"
 #include "core/context.h"
 
 #include <math.h>
@@ -54,25 +55,42 @@ static double height_over(const qni_patch *patch, const int32_t triangle[4],
     return most;
 }
 
+/* Of the vertices from one on that know a plane, the one in whose plane a triangle lies best; NULL
+ * when none does. */
+static const qni_loop_vertex *nearest_plane(const qni_patch *patch, const int32_t triangle[4],
+                                            const qni_loop_vertex *from, int64_t count,
+                                            double *least) {
+    const qni_loop_vertex *best = NULL;
+    for (int64_t n = 0; n < count; ++n) {
+        const double height = from[n].has_plane ? height_over(patch, triangle, &from[n]) : HUGE_VAL;
+        if (height < *least) {
+            *least = height;
+            best = &from[n];
+        }
+    }
+    return best;
+}
+
 /* The owner of the loop's piece between two vertices: that of the crossing at its end, features lie
- * between. Between two features no crossing speaks for the sheet: the nearest plane does. */
+ * between. Between two features no crossing speaks for the sheet: the nearest plane does, of the
+ * features themselves if they know one. */
 static int32_t owner_of(const qni_patch *patch, const int32_t triangle[4]) {
     if (triangle[3] >= 0)
         return patch->vertices[triangle[3]].owner;
-    for (int k = 0; k < 3; ++k)
-        if (triangle[k] >= 0 && triangle[k] < QNI_INNER && patch->vertices[triangle[k]].crossing)
-            return patch->vertices[triangle[k]].crossing->owner;
-    int32_t owner = -1;
+    const qni_loop_vertex *speaker = NULL;
     double least = HUGE_VAL;
-    for (int64_t n = 0; n < patch->vertex_count; ++n) {
-        const qni_loop_vertex *vertex = &patch->vertices[n];
-        const double height = vertex->has_plane ? height_over(patch, triangle, vertex) : HUGE_VAL;
-        if (height < least) {
-            least = height;
-            owner = vertex->owner;
-        }
+    for (int k = 0; k < 3; ++k) {
+        if (triangle[k] < 0 || triangle[k] >= QNI_INNER)
+            continue;
+        const qni_loop_vertex *vertex = &patch->vertices[triangle[k]];
+        if (vertex->crossing)
+            return vertex->crossing->owner;
+        const qni_loop_vertex *own = nearest_plane(patch, triangle, vertex, 1, &least);
+        speaker = own ? own : speaker;
     }
-    return owner;
+    if (!speaker)
+        speaker = nearest_plane(patch, triangle, patch->vertices, patch->vertex_count, &least);
+    return speaker ? speaker->owner : -1;
 }
 
 static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32_t b) {
@@ -84,13 +102,48 @@ static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32
     return true;
 }
 
-/* From a fan's apex to each sharp feature on the walls; not from one that had to be put where no
- * corner is. */
+/* The nearest vertex of the loop, from one on, that knows a plane. */
+static const qni_loop_vertex *plane_beside(const qni_loop_vertex *v, int32_t count, int32_t from,
+                                           int32_t step) {
+    for (int32_t n = 1; n < count; ++n) {
+        const qni_loop_vertex *vertex = &v[(from + n * step + n * count) % count];
+        if (vertex->has_plane)
+            return vertex;
+    }
+    return NULL;
+}
+
+/* Do two triangles turn by more than the crease angle? */
+static bool are_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
+    double m[3], n[3];
+    qni_patch_unit_normal(patch, a, m);
+    qni_patch_unit_normal(patch, b, n);
+    return qni_dot3(m, n) < patch->settings->crease_cosine;
+}
+
+/* Is the spoke to a sharp feature tagged? A crease is; where two parts of the solid meet at a small
+ * angle, if the sheets on both sides of the feature turn enough, or the fan's triangles do. From an
+ * apex that had to be put where no corner is, only if the solid's crease is there, too. */
+static bool is_tagged(const qni_patch *patch, const qni_loop *loop, int32_t n) {
+    const qni_loop_vertex *v = patch->vertices + loop->first,
+                          *before = plane_beside(v, loop->count, n, -1),
+                          *after = v[n].has_plane ? &v[n] : plane_beside(v, loop->count, n, 1);
+    const int32_t(*fan)[4] = (const int32_t(*)[4])patch->triangles + loop->triangle_first,
+          *last = fan[(n + loop->count - 1) % loop->count], *next = fan[n];
+    const bool is_fan = loop->triangle_count == loop->count;
+    if (loop->escaped)
+        return is_fan && qni_is_true_fold(patch, last, next);
+    return !before || !after || before->owner == after->owner ||
+           qni_dot3(before->normal, after->normal) < patch->settings->crease_cosine ||
+           (is_fan && are_folded(patch, last, next));
+}
+
+/* From a fan's apex to each sharp feature on the walls. */
 static bool emit_spokes(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch,
                         const qni_loop *loop, uint32_t apex, int64_t inner_first) {
     for (int32_t m = 0; m < loop->count; ++m) {
         const qni_loop_vertex *vertex = &patch->vertices[loop->first + m];
-        if (vertex->sharp &&
+        if (vertex->sharp && is_tagged(patch, loop, m) &&
             !emit_crease(stages, chunk, ref_of(patch, vertex->same, NULL, inner_first), apex))
             return false;
     }
@@ -102,9 +155,14 @@ static bool is_sharp(const qni_patch *patch, int32_t vertex) {
     return vertex >= QNI_INNER || patch->vertices[vertex].sharp;
 }
 
+/* By the planes that the triangles lie in; those of fans, and of two parts of the solid, by
+ * themselves. */
 static bool is_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
-    const double *m = patch->vertices[a[3]].normal, *n = patch->vertices[b[3]].normal;
-    return m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < patch->settings->crease_cosine;
+    if (a[3] < 0 || b[3] < 0)
+        return are_folded(patch, a, b);
+    const qni_loop_vertex *m = &patch->vertices[a[3]], *n = &patch->vertices[b[3]];
+    return qni_dot3(m->normal, n->normal) < patch->settings->crease_cosine ||
+           (m->owner != n->owner && are_folded(patch, a, b));
 }
 
 /* Is the edge between two triangles a crease? It joins two sharp features, and their tangent planes
@@ -115,7 +173,7 @@ static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *pat
     int count = 0;
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-            if (a[i] == b[j] && count < 2)
+            if (a[i] == b[j] && a[i] >= 0 && count < 2)
                 shared[count++] = a[i];
     return count < 2 || !is_sharp(patch, shared[0]) || !is_sharp(patch, shared[1]) ||
            !is_folded(patch, a, b) ||
@@ -126,11 +184,10 @@ static bool emit_fold(qni_stages *stages, qni_chunk *chunk, const qni_patch *pat
 static bool emit_folds(qni_stages *stages, qni_chunk *chunk, const qni_patch *patch, int64_t first,
                        int64_t end, int64_t inner_first) {
     for (int64_t s = first; s < end; ++s)
-        for (int64_t t = s + 1; t < end; ++t) {
-            const int32_t *a = patch->triangles[s], *b = patch->triangles[t];
-            if (a[3] >= 0 && b[3] >= 0 && !emit_fold(stages, chunk, patch, a, b, inner_first))
+        for (int64_t t = s + 1; t < end; ++t)
+            if (!emit_fold(stages, chunk, patch, patch->triangles[s], patch->triangles[t],
+                           inner_first))
                 return false;
-        }
     return true;
 }
 
@@ -139,8 +196,7 @@ static bool emit_creases(qni_stages *stages, qni_chunk *chunk, const qni_patch *
                          const uint32_t *apex_refs, int64_t inner_first) {
     for (int64_t n = 0; n < patch->loop_count; ++n) {
         const qni_loop *loop = &patch->loops[n];
-        if (loop->has_apex && !loop->escaped &&
-            !emit_spokes(stages, chunk, patch, loop, apex_refs[n], inner_first))
+        if (loop->has_apex && !emit_spokes(stages, chunk, patch, loop, apex_refs[n], inner_first))
             return false;
         if (!loop->has_apex && !patch->split &&
             !emit_folds(stages, chunk, patch, loop->triangle_first,

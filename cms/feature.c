@@ -177,13 +177,31 @@ qn_status qni_patch_settle_apex(const qni_patch *patch, qni_loop *loop) {
     return QN_OK;
 }
 
+/* Where the way from a point in the cell to a corner beyond it leaves the cell. */
+static void leave_cell(const qni_patch *patch, const double from[3], const double corner[3],
+                       double point[3]) {
+    double share = 1;
+    for (int k = 0; k < 3; ++k) {
+        const double wall = (double)(corner[k] < from[k] ? patch->low[k] : patch->high[k]),
+                     way = corner[k] - from[k];
+        if (way != 0)
+            share = fmin(share, fmax((wall - from[k]) / way, 0));
+    }
+    for (int k = 0; k < 3; ++k)
+        point[k] = from[k] + share * (corner[k] - from[k]);
+}
+
+/* Next to the corner, as far as the cell goes, if it is known. */
 static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mean[3],
                         const double *corner) {
+    double apex[3] = {mean[0], mean[1], mean[2]};
     loop->escaped = true;
     loop->knows_corner = corner != NULL;
     for (int k = 0; k < 3 && corner; ++k)
         loop->corner[k] = (float)corner[k];
-    set_apex(patch, loop, mean);
+    if (corner)
+        leave_cell(patch, mean, corner, apex);
+    set_apex(patch, loop, apex);
 }
 
 static double distance(const double a[3], const double b[3]) {

@@ -98,23 +98,82 @@ static bool fold_holds(const qni_patch *patch, const fold *edge, double least) {
     return true;
 }
 
-bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3], double least) {
+/* Does the edge that two triangles share lie where the solid's crease is, if it is to be one? */
+static bool pair_holds(const qni_patch *patch, const int32_t a[4], const int32_t b[4],
+                       const double m[3], const double n[3], double least) {
     /* Half the crease angle: what should be a crease, but is not sharp, is in the wrong place. */
     const double most = sqrt(fmax(0.5 + 0.5 * patch->settings->crease_cosine, 0));
+    const int at = shared_edge(a, b);
+    fold edge;
+    if (at < 0 || qni_dot3(m, n) >= most)
+        return true;
+    const int32_t ends[2] = {a[at], a[(at + 1) % 3]};
+    return !is_sharp(patch, ends[0]) || !is_sharp(patch, ends[1]) ||
+           !set_fold(patch, ends, m, n, &edge) || fold_holds(patch, &edge, least);
+}
+
+bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3], double least) {
     int64_t sharp = 0;
     for (int64_t n = 0; n < patch->loop_count; ++n)
         sharp += patch->loops[n].sharp_count;
     for (int64_t s = 0; s < patch->triangle_count && sharp; ++s)
-        for (int64_t t = s + 1; t < patch->triangle_count; ++t) {
+        for (int64_t t = s + 1; t < patch->triangle_count; ++t)
+            if (!pair_holds(patch, patch->triangles[s], patch->triangles[t], normals[s], normals[t],
+                            least))
+                return false;
+    return true;
+}
+
+/* Does a triangle reach as far from its edge to another one as sides are asked? */
+static bool is_wide(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
+    const int at = shared_edge(a, b);
+    double p[3][3], way[3], off[3], turned[3];
+    if (at < 0)
+        return false;
+    for (int n = 0; n < 3; ++n)
+        for (int k = 0; k < 3; ++k)
+            p[n][k] = (double)qni_patch_place(patch, a[(at + n) % 3])[k];
+    for (int k = 0; k < 3; ++k) {
+        way[k] = p[1][k] - p[0][k];
+        off[k] = p[2][k] - p[0][k];
+    }
+    qni_cross3(way, off, turned);
+    const double height2 = qni_dot3(turned, turned) / qni_dot3(way, way),
+                 beside = patch->settings->tolerance;
+    return height2 >= beside * beside;
+}
+
+bool qni_is_true_fold(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
+    double m[3], n[3];
+    qni_patch_unit_normal(patch, a, m);
+    qni_patch_unit_normal(patch, b, n);
+    return is_wide(patch, a, b) && is_wide(patch, b, a) &&
+           qni_dot3(m, n) < patch->settings->crease_cosine &&
+           pair_holds(patch, a, b, m, n, patch->settings->tolerance);
+}
+
+/* A spoke between two triangles that hardly turn is no crease. */
+static bool is_flat_spoke(const qni_patch *patch, const int32_t a[4], const int32_t b[4],
+                          const double m[3], const double n[3]) {
+    static const double least_turn = 0.996; /* 5 degrees */
+    const int at = shared_edge(a, b);
+    const int32_t from = a[at], to = a[(at + 1) % 3];
+    return (from < 0 || to < 0) && is_sharp(patch, from) && is_sharp(patch, to) &&
+           qni_dot3(m, n) > least_turn;
+}
+
+bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop) {
+    const int64_t end = loop->triangle_first + loop->triangle_count;
+    for (int64_t s = loop->triangle_first; s < end; ++s)
+        for (int64_t t = s + 1; t < end; ++t) {
             const int32_t *a = patch->triangles[s], *b = patch->triangles[t];
-            const int at = shared_edge(a, b);
-            fold edge;
-            if (at < 0 || qni_dot3(normals[s], normals[t]) >= most)
+            double m[3], n[3];
+            if (!is_wide(patch, a, b) || !is_wide(patch, b, a))
                 continue;
-            const int32_t ends[2] = {a[at], a[(at + 1) % 3]};
-            if (is_sharp(patch, ends[0]) && is_sharp(patch, ends[1]) &&
-                set_fold(patch, ends, normals[s], normals[t], &edge) &&
-                !fold_holds(patch, &edge, least))
+            qni_patch_unit_normal(patch, a, m);
+            qni_patch_unit_normal(patch, b, n);
+            if (is_flat_spoke(patch, a, b, m, n) ||
+                !pair_holds(patch, a, b, m, n, patch->settings->tolerance))
                 return false;
         }
     return true;

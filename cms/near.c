@@ -11,8 +11,7 @@
 static const double ways[2] = {0.9, 0.99};
 
 bool qni_surface_near(const qn_solid *solid, const double point[3], const double direction[3],
-                      const double normal[3], double reach, double at_out[3],
-                      double normal_out[3]) {
+                      const double normal[3], double reach, qni_tangent *out) {
     qni_crossing found[8];
     int32_t count = 0;
     double a[3], b[3], best = 2;
@@ -31,9 +30,10 @@ bool qni_surface_near(const qn_solid *solid, const double point[3], const double
             continue;
         best = fabs(found[n].at - 0.5);
         for (int k = 0; k < 3; ++k) {
-            at_out[k] = a[k] + found[n].at * (b[k] - a[k]);
-            normal_out[k] = m[k] / length;
+            out->at[k] = a[k] + found[n].at * (b[k] - a[k]);
+            out->normal[k] = m[k] / length;
         }
+        out->owner = found[n].owner;
     }
     return best < 2;
 }
@@ -92,51 +92,49 @@ bool qni_flat_pieces_meet(const qn_solid *solid, const double point[3], int32_t 
 
 /* Does the surface turn little by little from one tangent to another? Where the way is halved again
  * and again, what a crease turns stays in one half. */
-static bool turns_smoothly(const qn_solid *solid, const double at[2][3], const double normal[2][3],
+static bool turns_smoothly(const qn_solid *solid, const qni_tangent *from, const qni_tangent *to,
                            double crease_cosine) {
     enum { HALVINGS = 8 };
-    double ends[2][3], normals[2][3];
-    memcpy(ends, at, sizeof ends);
-    memcpy(normals, normal, sizeof normals);
+    qni_tangent ends[2] = {*from, *to};
     for (int step = 0; step < HALVINGS; ++step) {
-        double middle[3], across[3], found[3], turned[3], likeness[2] = {0, 0}, length = 0, all = 0;
+        double middle[3], across[3], likeness[2] = {0, 0}, length = 0, all = 0;
+        qni_tangent found;
         for (int k = 0; k < 3; ++k) {
-            middle[k] = 0.5 * (ends[0][k] + ends[1][k]);
-            across[k] = normals[0][k] + normals[1][k];
-            length += (ends[1][k] - ends[0][k]) * (ends[1][k] - ends[0][k]);
+            middle[k] = 0.5 * (ends[0].at[k] + ends[1].at[k]);
+            across[k] = ends[0].normal[k] + ends[1].normal[k];
+            length += (ends[1].at[k] - ends[0].at[k]) * (ends[1].at[k] - ends[0].at[k]);
             all += across[k] * across[k];
         }
         for (int k = 0; k < 3; ++k)
             across[k] /= sqrt(all);
         if (!(length > 0) ||
-            !qni_surface_near(solid, middle, across, across, 0.6 * sqrt(length), found, turned))
+            !qni_surface_near(solid, middle, across, across, 0.6 * sqrt(length), &found))
             return false;
         for (int n = 0; n < 2; ++n)
             for (int k = 0; k < 3; ++k)
-                likeness[n] += turned[k] * normals[n][k];
+                likeness[n] += found.normal[k] * ends[n].normal[k];
         const int smooth = likeness[0] > likeness[1] ? 0 : 1; /* the crease is not on this side */
         if (likeness[1 - smooth] >= crease_cosine)
             return true;
-        memcpy(ends[smooth], found, sizeof found);
-        memcpy(normals[smooth], turned, sizeof turned);
+        ends[smooth] = found;
     }
     return false;
 }
 
-bool qni_surface_along(const qn_solid *solid, const double at[3], const double normal[3],
-                       const double target[3], const double direction[3], double reach,
-                       double crease_cosine, double at_out[3], double normal_out[3]) {
-    double ends[2][3], normals[2][3], likeness = 0;
-    if (!qni_surface_near(solid, target, direction, normal, reach, ends[1], normals[1]))
+bool qni_surface_along(const qn_solid *solid, const qni_cms_settings *settings,
+                       const qni_tangent *from, const double target[3], const double direction[3],
+                       double reach, qni_tangent *out) {
+    qni_tangent to;
+    double likeness = 0;
+    if (!qni_surface_near(solid, target, direction, from->normal, reach, &to))
         return false;
-    memcpy(ends[0], at, sizeof ends[0]);
-    memcpy(normals[0], normal, sizeof normals[0]);
     for (int k = 0; k < 3; ++k)
-        likeness += normals[0][k] * normals[1][k];
-    if (likeness < crease_cosine && !turns_smoothly(solid, (const double(*)[3])ends,
-                                                    (const double(*)[3])normals, crease_cosine))
+        likeness += from->normal[k] * to.normal[k];
+    if (to.owner != from->owner && qni_is_crease(settings, likeness, from->owner, to.owner))
         return false;
-    memcpy(at_out, ends[1], sizeof ends[1]);
-    memcpy(normal_out, normals[1], sizeof normals[1]);
+    if (likeness < settings->crease_cosine &&
+        !turns_smoothly(solid, from, &to, settings->crease_cosine))
+        return false;
+    *out = to;
     return true;
 }

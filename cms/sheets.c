@@ -11,7 +11,7 @@
 enum { MOST_SHEETS = 16, REFINE_STEPS = 12 };
 
 typedef struct sheet {
-    double at[3], normal[3];
+    qni_tangent tangent;
     double middle[3]; /* of all its vertices */
     bool fixed;       /* a plane to stay in */
 } sheet;
@@ -76,8 +76,9 @@ static int32_t gather_sheets(const qni_patch *patch, const qni_loop *loop, const
         if (speaker) {
             sheets[count].fixed = false;
             middle_of(v, loop->count, from, to, sheets[count].middle);
-            memcpy(sheets[count].at, speaker->at, sizeof sheets->at);
-            memcpy(sheets[count++].normal, speaker->normal, sizeof sheets->normal);
+            memcpy(sheets[count].tangent.at, speaker->at, sizeof speaker->at);
+            memcpy(sheets[count].tangent.normal, speaker->normal, sizeof speaker->normal);
+            sheets[count++].tangent.owner = speaker->owner;
         }
         from = to;
     }
@@ -89,10 +90,10 @@ static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const
                          double point[3]) {
     double rows[3 * MOST_SHEETS], heights[MOST_SHEETS], step[3];
     for (int32_t n = 0; n < count; ++n) {
-        memcpy(rows + 3 * n, sheets[n].normal, sizeof sheets->normal);
+        memcpy(rows + 3 * n, sheets[n].tangent.normal, sizeof sheets->tangent.normal);
         heights[n] = 0;
         for (int k = 0; k < 3; ++k)
-            heights[n] += sheets[n].normal[k] * (sheets[n].at[k] - centre[k]);
+            heights[n] += sheets[n].tangent.normal[k] * (sheets[n].tangent.at[k] - centre[k]);
     }
     if (!qni_solve_planes(rows, heights, count, rank, step))
         return false;
@@ -104,42 +105,38 @@ static bool solve_sheets(const sheet *sheets, int32_t count, int32_t rank, const
 typedef enum advance { AT_ONCE, PARTLY, STUCK } advance;
 
 /* The tangent again, most of the way towards a point; less of it where that is too far. */
-static advance approach(const qni_patch *patch, sheet *tangent, const double point[3]) {
+static advance approach(const qni_patch *patch, sheet *own, const double point[3]) {
+    qni_tangent *tangent = &own->tangent;
     const double distance = sqrt(distance2(tangent->at, point));
-    if (tangent->fixed || !(distance > 1e-9 * patch->size))
+    if (own->fixed || !(distance > 1e-9 * patch->size))
         return AT_ONCE;
     static const double shares[3] = {0.9, 0.5, 0.2}, reaches[3] = {0.3, 0.5, 0.3};
     for (int attempt = 0; attempt < 3; ++attempt) {
         const double share = shares[attempt], reach = reaches[attempt];
-        double target[3], at[3], normal[3];
+        double target[3];
         for (int k = 0; k < 3; ++k)
             target[k] = tangent->at[k] + share * (point[k] - tangent->at[k]);
-        if (!qni_surface_along(patch->solid, tangent->at, tangent->normal, target, tangent->normal,
-                               reach * distance, patch->settings->crease_cosine, at, normal))
-            continue;
-        memcpy(tangent->at, at, sizeof at);
-        memcpy(tangent->normal, normal, sizeof normal);
-        return attempt == 0 ? AT_ONCE : PARTLY;
+        if (qni_surface_along(patch->solid, patch->settings, tangent, target, tangent->normal,
+                              reach * distance, tangent))
+            return attempt == 0 ? AT_ONCE : PARTLY;
     }
     return STUCK;
 }
 
 /* The tangent again in the midst of its sheet: the way from there to a point stays on the sheet
  * where that from its rim may not. */
-static void settle(const qni_patch *patch, sheet *tangent, const double point[3]) {
-    double target[3], at[3], normal[3], height = 0;
+static void settle(const qni_patch *patch, sheet *own, const double point[3]) {
+    qni_tangent *tangent = &own->tangent;
+    double target[3], height = 0;
     for (int k = 0; k < 3; ++k) {
-        target[k] = 0.5 * (tangent->middle[k] + point[k]);
+        target[k] = 0.5 * (own->middle[k] + point[k]);
         height += tangent->normal[k] * (target[k] - tangent->at[k]);
     }
     for (int k = 0; k < 3; ++k)
         target[k] -= height * tangent->normal[k];
     const double distance = sqrt(distance2(target, tangent->at));
-    if (!qni_surface_along(patch->solid, tangent->at, tangent->normal, target, tangent->normal,
-                           0.5 * distance, patch->settings->crease_cosine, at, normal))
-        return;
-    memcpy(tangent->at, at, sizeof at);
-    memcpy(tangent->normal, normal, sizeof normal);
+    qni_surface_along(patch->solid, patch->settings, tangent, target, tangent->normal,
+                      0.5 * distance, tangent);
 }
 
 /* Sheets that are flat as far as the point where they meet: it is known at once. */
@@ -149,7 +146,7 @@ static bool are_flat(const qni_patch *patch, const sheet *sheets, int32_t count,
     int32_t free_count = 0;
     for (int32_t n = 0; n < count; ++n)
         if (!sheets[n].fixed)
-            memcpy(from[free_count++], sheets[n].at, sizeof from[0]);
+            memcpy(from[free_count++], sheets[n].tangent.at, sizeof from[0]);
     return qni_flat_pieces_meet(patch->solid, point, free_count, (const double(*)[3])from,
                                 1e-8 * patch->hermite->lattice.cell);
 }
@@ -159,7 +156,7 @@ static bool all_pass(const sheet *sheets, int32_t count, const double point[3], 
     for (int32_t n = 0; n < count; ++n) {
         double height = 0;
         for (int k = 0; k < 3; ++k)
-            height += sheets[n].normal[k] * (point[k] - sheets[n].at[k]);
+            height += sheets[n].tangent.normal[k] * (point[k] - sheets[n].tangent.at[k]);
         if (!(fabs(height) <= tolerance))
             return false;
     }
@@ -215,13 +212,13 @@ static bool plane_across(const qni_patch *patch, const qni_loop *loop, const dou
     while (!patch->vertices[loop->first + n].sharp)
         ++n;
     for (int k = 0; k < 3; ++k) {
-        plane->at[k] = middle[k];
-        plane->normal[k] = (double)patch->vertices[loop->first + n].place[k] - middle[k];
-        length += plane->normal[k] * plane->normal[k];
+        plane->tangent.at[k] = middle[k];
+        plane->tangent.normal[k] = (double)patch->vertices[loop->first + n].place[k] - middle[k];
+        length += plane->tangent.normal[k] * plane->tangent.normal[k];
     }
     length = sqrt(length);
     for (int k = 0; k < 3; ++k)
-        plane->normal[k] /= length > 0 ? length : 1;
+        plane->tangent.normal[k] /= length > 0 ? length : 1;
     plane->fixed = true;
     return length > 0;
 }
@@ -247,16 +244,17 @@ bool qni_patch_cross_sheets(const qni_patch *patch, const qni_loop *loop, const 
     if (gather_sheets(patch, loop, middle, sheets) != 2)
         return false;
     for (int n = 0; n < 2; ++n) {
-        memcpy(at[n], sheets[n].at, sizeof at[n]);
-        memcpy(normal[n], sheets[n].normal, sizeof normal[n]);
+        memcpy(at[n], sheets[n].tangent.at, sizeof at[n]);
+        memcpy(normal[n], sheets[n].tangent.normal, sizeof normal[n]);
     }
     return qni_patch_halve_to_crease(patch, (const double(*)[3])at, (const double(*)[3])normal,
                                      point);
 }
 
 static void start_sheet(const qni_loop_vertex *vertex, sheet *out) {
-    memcpy(out->at, vertex->at, sizeof out->at);
-    memcpy(out->normal, vertex->normal, sizeof out->normal);
+    memcpy(out->tangent.at, vertex->at, sizeof out->tangent.at);
+    memcpy(out->tangent.normal, vertex->normal, sizeof out->tangent.normal);
+    out->tangent.owner = vertex->owner;
     memcpy(out->middle, vertex->at, sizeof out->middle);
     out->fixed = false;
 }
@@ -269,15 +267,15 @@ bool qni_patch_meet_two(const qni_patch *patch, const qni_loop_vertex *a, const 
     double length = 0;
     for (int k = 0; k < 3; ++k) {
         const int l = (k + 1) % 3, m = (k + 2) % 3;
-        sheets[2].normal[k] = a->normal[l] * b->normal[m] - a->normal[m] * b->normal[l];
-        sheets[2].at[k] = middle[k];
-        length += sheets[2].normal[k] * sheets[2].normal[k];
+        sheets[2].tangent.normal[k] = a->normal[l] * b->normal[m] - a->normal[m] * b->normal[l];
+        sheets[2].tangent.at[k] = middle[k];
+        length += sheets[2].tangent.normal[k] * sheets[2].tangent.normal[k];
     }
     length = sqrt(length);
     if (!(length > 1e-6))
         return false;
     for (int k = 0; k < 3; ++k)
-        sheets[2].normal[k] /= length;
+        sheets[2].tangent.normal[k] /= length;
     sheets[2].fixed = true;
     memcpy(point, middle, 3 * sizeof *point);
     return meet_sheets(patch, sheets, 3, 3, point) &&

@@ -6,6 +6,7 @@
  * other, with its own apex. Parts do not lie on walls only, so all triangles are tested against
  * each other. */
 #include "cms/cms.h"
+#include "cms/vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -123,7 +124,7 @@ static bool is_near_middle(const qni_patch *patch, const float *const *places, i
 }
 
 /* Do the part's triangles, and its creases, lie on the surface? A crease that is none can have both
- * its ends on true ones. */
+ * its ends on true ones, and its middle in the midst of a sheet. */
 static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
     const float *places[3];
     for (int32_t t = 0; t < loop->triangle_count; ++t) {
@@ -139,7 +140,7 @@ static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
             !is_near_middle(patch, places, 2, patch->cut_within))
             return false;
     }
-    return true;
+    return qni_loop_folds_hold(patch, loop);
 }
 
 /* Triangles of a part; false when it does not come out well. */
@@ -248,6 +249,83 @@ static bool leads_sheet(const qni_loop_vertex *v, int32_t count, int32_t n) {
     return v[n].has_plane && v[(n + count - 1) % count].sharp;
 }
 
+/* How far the straight way between two points is off the surface, to first order. */
+static double leaves_surface(const qni_patch *patch, const float from[3], const double to[3]) {
+    enum { PARTS = 4 };
+    const qn_solid *solid = patch->solid;
+    double points[PARTS - 1][3], values[PARTS - 1], gradients[PARTS - 1][3], most = 0;
+    for (int n = 0; n < PARTS - 1; ++n)
+        for (int k = 0; k < 3; ++k)
+            points[n][k] = (double)from[k] + (to[k] - (double)from[k]) * (n + 1) / PARTS;
+    if (solid->ops->values(solid, PARTS - 1, (const double(*)[3])points, values) != QN_OK ||
+        solid->ops->gradients(solid, PARTS - 1, (const double(*)[3])points, gradients, NULL) !=
+            QN_OK)
+        return HUGE_VAL;
+    for (int n = 0; n < PARTS - 1; ++n) {
+        const double slope = sqrt(qni_dot3(gradients[n], gradients[n]));
+        most = fmax(most, fabs(values[n]) / (slope > 0 ? slope : 1));
+    }
+    return most;
+}
+
+/* Of the sheet that a vertex leads the one from which the straight way to a point is on the
+ * surface; the leader, unless another is clearly better. */
+static int32_t end_of_cut(const qni_patch *patch, const qni_loop *loop, int32_t leader,
+                          const double point[3]) {
+    const qni_loop_vertex *v = patch->vertices + loop->first;
+    const double better = 0.1 * patch->cut_within;
+    double least = leaves_surface(patch, v[leader].place, point);
+    int32_t best = leader;
+    for (int32_t n = leader + 1; n < leader + loop->count && !v[n % loop->count].sharp; ++n) {
+        const double off = leaves_surface(patch, v[n % loop->count].place, point);
+        if (off < least - better) {
+            least = off;
+            best = n % loop->count;
+        }
+    }
+    return best;
+}
+
+/* The next vertex of the same sheet that knows a plane, or -1. */
+static int32_t next_of_sheet(const qni_loop_vertex *v, int32_t count, int32_t n) {
+    for (int32_t m = (n + 1) % count; !v[m].sharp; m = (m + 1) % count)
+        if (v[m].has_plane)
+            return m;
+    return -1;
+}
+
+/* The inner point, by the tangents at the sheets' leaders, or at other vertices of theirs: where a
+ * sheet is bent round a corner the way from its leader may leave it. */
+static bool find_inner(qni_patch *patch, const qni_loop *loop, int32_t a, int32_t b,
+                       const double middle[3], double point[3]) {
+    const qni_loop_vertex *v = patch->vertices + loop->first;
+    for (int32_t c = a; c >= 0; c = next_of_sheet(v, loop->count, c))
+        for (int32_t d = b; d >= 0; d = next_of_sheet(v, loop->count, d))
+            if (patch->cuts_left-- <= 0)
+                return false;
+            else if (qni_patch_meet_two(patch, &v[c], &v[d], middle, point))
+                return qni_patch_holds(patch, point);
+    return false;
+}
+
+/* A cut from vertex to vertex by way of an inner point. */
+static bool try_inner(qni_patch *patch, int64_t whole, int32_t a, int32_t b, const double point[3],
+                      int depth) {
+    const int32_t first = a < b ? a : b, second = a < b ? b : a;
+    if (!may_cut(patch, &patch->loops[whole], first, second, false) ||
+        !qni_patch_grow(patch, (void **)&patch->inner, &patch->inner_capacity,
+                        patch->inner_count + 1, sizeof *patch->inner))
+        return false;
+    for (int k = 0; k < 3; ++k)
+        patch->inner[patch->inner_count][k] =
+            qni_between(point[k], patch->clear_low[k], patch->clear_high[k]);
+    cut at = {first, second, (int32_t)patch->inner_count++, {{false, false}, {false, false}}};
+    if (try_ends(patch, whole, &at, depth))
+        return true;
+    --patch->inner_count;
+    return false;
+}
+
 /* By way of the crease between two corners, where the sheets of both ends meet. */
 static bool cut_crease(qni_patch *patch, int64_t whole, int depth) {
     const int32_t count = patch->loops[whole].count;
@@ -258,28 +336,20 @@ static bool cut_crease(qni_patch *patch, int64_t whole, int depth) {
             const qni_loop *loop = &patch->loops[whole];
             const qni_loop_vertex *v = patch->vertices + loop->first;
             double point[3];
-            if (!leads_sheet(v, count, a) || !leads_sheet(v, count, b))
+            if (!leads_sheet(v, count, a) || !leads_sheet(v, count, b) ||
+                !may_cut(patch, loop, a, b, false) || !find_inner(patch, loop, a, b, middle, point))
                 continue;
-            if (!may_cut(patch, loop, a, b, false) || patch->cuts_left-- <= 0 ||
-                !qni_patch_meet_two(patch, &v[a], &v[b], middle, point) ||
-                !qni_patch_holds(patch, point) ||
-                !qni_patch_grow(patch, (void **)&patch->inner, &patch->inner_capacity,
-                                patch->inner_count + 1, sizeof *patch->inner))
-                continue;
-            for (int k = 0; k < 3; ++k)
-                patch->inner[patch->inner_count][k] =
-                    qni_between(point[k], patch->clear_low[k], patch->clear_high[k]);
-            cut at = {a, b, (int32_t)patch->inner_count++, {{false, false}, {false, false}}};
-            if (try_ends(patch, whole, &at, depth))
+            const int32_t from = end_of_cut(patch, loop, a, point),
+                          to = end_of_cut(patch, loop, b, point);
+            if (try_inner(patch, whole, from, to, point, depth))
                 return true;
-            --patch->inner_count;
         }
     return false;
 }
 
 /* The whole loop keeps no triangles of its own. */
 static bool split_loop(qni_patch *patch, int64_t whole, int depth) {
-    if (depth >= MOST_DEPTH || patch->loops[whole].count > MOST_VERTICES)
+    if (depth >= patch->most_depth || patch->loops[whole].count > MOST_VERTICES)
         return false;
     if (!cut_sheet(patch, whole, depth) && !cut_crease(patch, whole, depth))
         return false;
@@ -306,18 +376,50 @@ static bool may_be_flat(const qni_patch *patch, const qni_loop *loop) {
     return true;
 }
 
-/* What is flat is found by values alone, and may be looked for long; what curves takes tangents. */
+/* Do several parts of the solid have a piece of the loop? */
+static bool has_owners(const qni_patch *patch, const qni_loop *loop) {
+    const qni_loop_vertex *v = &patch->vertices[loop->first];
+    int32_t first = 0;
+    while (first < loop->count && !v[first].crossing)
+        ++first;
+    for (int32_t n = first; n < loop->count; ++n)
+        if (v[n].crossing && v[n].owner != v[first].owner)
+            return true;
+    return false;
+}
+
+/* How to look for cuts. */
+typedef struct split_pass {
+    bool flat;
+    bool of_owners;      /* for loops of several parts of the solid only */
+    int32_t depth, cuts; /* at most */
+    double within;       /* what is cut must lie this near to the surface, in cells */
+} split_pass;
+
+/* What is flat is found by values alone, and may be looked for long; what curves takes tangents.
+ * Where parts of the solid meet two corners in a cell are the rule: one cut is tried everywhere
+ * before what it leaves is cut again. */
+static const split_pass passes[] = {
+    {true, false, MOST_DEPTH, MOST_FLAT_CUTS, 2e-5},
+    {false, true, 1, MOST_CUTS, 0.05},
+    {false, false, MOST_DEPTH, MOST_CUTS, 0.05},
+};
+
 bool qni_patch_split(qni_patch *patch) {
     const marks before = mark(patch);
-    const double cell = patch->hermite->lattice.cell, within[2] = {2e-5 * cell, 0.05 * cell};
-    static const int32_t most[2] = {MOST_FLAT_CUTS, MOST_CUTS};
+    const double cell = patch->hermite->lattice.cell;
+    const int count = sizeof passes / sizeof *passes;
     const int first = may_be_flat(patch, &patch->loops[0]) ? 0 : 1,
-              passes = patch->united && patch->size_cells > 2 ? 1 : 2;
+              end = patch->united && patch->size_cells > 2 ? 1 : count;
+    const bool owners = has_owners(patch, &patch->loops[0]);
     patch->split = false;
-    for (int n = first; n < passes && !patch->split; ++n) {
-        patch->flat_only = n == 0;
-        patch->cut_within = within[n];
-        patch->cuts_left = most[n];
+    for (int n = first; n < end && !patch->split; ++n) {
+        if (passes[n].of_owners && !owners)
+            continue;
+        patch->flat_only = passes[n].flat;
+        patch->cut_within = passes[n].within * cell;
+        patch->cuts_left = passes[n].cuts;
+        patch->most_depth = passes[n].depth;
         patch->split = split_loop(patch, 0, 0);
         if (!patch->split)
             go_back(patch, &before);

@@ -16,7 +16,8 @@ enum { STEPS = 24 };
 bool qni_pair_is_sharp(const qni_face_job *job, const qni_face_point *a, const qni_face_point *b) {
     const double *m = a->crossing->normal, *n = b->crossing->normal;
     return job->settings->features &&
-           m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < job->settings->crease_cosine;
+           qni_is_crease(job->settings, m[0] * n[0] + m[1] * n[1] + m[2] * n[2], a->crossing->owner,
+                         b->crossing->owner);
 }
 
 double qni_line_step(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b) {
@@ -62,7 +63,8 @@ bool qni_face_set_line(const qni_face_job *job, const double at[3], const double
 
 /* The tangent again, most of the way towards the bend. */
 static bool approach(const qni_face_job *job, qni_face_line *line, const double bend[2]) {
-    double point[3], direction[3] = {0, 0, 0}, at[3], normal[3], foot[2];
+    double point[3], direction[3] = {0, 0, 0}, foot[2];
+    qni_tangent from, to;
     const double distance = hypot(bend[0] - line->at[0], bend[1] - line->at[1]);
     if (!(distance > 1e-9 * job->size))
         return true;
@@ -71,11 +73,12 @@ static bool approach(const qni_face_job *job, qni_face_line *line, const double 
     qni_face_to_space(job, foot, point);
     direction[job->p] = line->normal[0];
     direction[job->q] = line->normal[1];
-    double from[3];
-    qni_face_to_space(job, line->at, from);
-    return qni_surface_along(job->solid, from, line->space_normal, point, direction, 0.3 * distance,
-                             job->settings->crease_cosine, at, normal) &&
-           qni_face_set_line(job, at, normal, line);
+    qni_face_to_space(job, line->at, from.at);
+    memcpy(from.normal, line->space_normal, sizeof from.normal);
+    from.owner = line->owner;
+    return qni_surface_along(job->solid, job->settings, &from, point, direction, 0.3 * distance,
+                             &to) &&
+           qni_face_set_line(job, to.at, to.normal, line);
 }
 
 static bool is_within(const qni_face_job *job, const double point[2], double slack) {
@@ -137,6 +140,18 @@ static double likeness(const qni_face_line *a, const qni_face_line *b) {
     return m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
 }
 
+static bool parts(const qni_face_job *job, const qni_face_line *a, const qni_face_line *b) {
+    return qni_is_crease(job->settings, likeness(a, b), a->owner, b->owner);
+}
+
+/* Which of two lines is the one between them like, the first? By its owner, where theirs differ. */
+static bool is_like_first(const qni_face_line *between, const qni_face_line *a,
+                          const qni_face_line *b) {
+    if (a->owner != b->owner && (between->owner == a->owner || between->owner == b->owner))
+        return between->owner == a->owner;
+    return likeness(between, a) > likeness(between, b);
+}
+
 bool qni_pair_is_plain(const qni_face_job *job, const qni_face_point *enter,
                        const qni_face_point *leave) {
     const double *from = enter->line.at, *to = leave->line.at;
@@ -152,9 +167,8 @@ bool qni_pair_is_plain(const qni_face_job *job, const qni_face_point *enter,
         return false;
     const double off[2] = {middle.at[0] - 0.5 * (from[0] + to[0]),
                            middle.at[1] - 0.5 * (from[1] + to[1])};
-    return hypot(off[0], off[1]) < 0.5 * length &&
-           likeness(&middle, &enter->line) >= job->settings->crease_cosine &&
-           likeness(&middle, &leave->line) >= job->settings->crease_cosine;
+    return hypot(off[0], off[1]) < 0.5 * length && !parts(job, &middle, &enter->line) &&
+           !parts(job, &middle, &leave->line);
 }
 
 /* BEND_PARTED: another sheet lies between. */
@@ -173,7 +187,7 @@ static bool step_closer(const qni_face_job *job, qni_face_line *a, qni_face_line
         return false;
     *a = closer[0];
     *b = closer[1];
-    if (likeness(a, b) < job->settings->crease_cosine && !lines_meet(a, b, met))
+    if (parts(job, a, b) && !lines_meet(a, b, met))
         return false;
     memcpy(bend, met, sizeof met);
     return true;
@@ -190,7 +204,7 @@ static bend_kind look_for_bend(const qni_face_job *job, const qni_face_line *fir
     double last[2] = {HUGE_VAL, HUGE_VAL};
     for (int step = 0; step < STEPS; ++step) {
         if (step_closer(job, &a, &b, bend)) {
-            if (likeness(&a, &b) >= job->settings->crease_cosine)
+            if (!parts(job, &a, &b))
                 return BEND_SMOOTH;
             const double moved = hypot(bend[0] - last[0], bend[1] - last[1]);
             memcpy(last, bend, sizeof last);
@@ -200,14 +214,13 @@ static bend_kind look_for_bend(const qni_face_job *job, const qni_face_line *fir
         }
         if (!sample_between(job, &a, &b, between))
             return BEND_NONE;
-        const double to_a = likeness(between, &a), to_b = likeness(between, &b);
-        if (fmax(to_a, to_b) < job->settings->crease_cosine)
+        if (parts(job, between, &a) && parts(job, between, &b))
             return BEND_PARTED;
-        if (to_a > to_b)
+        if (is_like_first(between, &a, &b))
             a = *between;
         else
             b = *between;
-        if (likeness(&a, &b) >= job->settings->crease_cosine)
+        if (!parts(job, &a, &b))
             return BEND_SMOOTH;
     }
     return BEND_NONE;
@@ -249,15 +262,16 @@ static bool probe(const qni_face_job *job, const double at[2], qni_face_line *li
         gradient[k] /= length;
     double foot[2] = {at[0] - value * gradient[job->p] * length / (in_face * in_face),
                       at[1] - value * gradient[job->q] * length / (in_face * in_face)};
-    double direction[3] = {0, 0, 0}, near[3], normal[3];
+    double direction[3] = {0, 0, 0};
+    qni_tangent near;
     qni_face_to_space(job, foot, point);
     if (!qni_face_set_line(job, point, gradient, line))
         return false;
     direction[job->p] = line->normal[0];
     direction[job->q] = line->normal[1];
     const double moved = hypot(foot[0] - at[0], foot[1] - at[1]);
-    if (moved > 0 && qni_surface_near(solid, point, direction, gradient, 0.3 * moved, near, normal))
-        qni_face_set_line(job, near, normal, line);
+    if (moved > 0 && qni_surface_near(solid, point, direction, gradient, 0.3 * moved, &near))
+        qni_face_set_line(job, near.at, near.normal, line);
     return true;
 }
 
