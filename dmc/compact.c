@@ -176,8 +176,7 @@ qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, const uint8_t *ve
                  .renumber = renumber};
     const int64_t numbered = mesh->twins ? mesh->quad_count : 0;
     p.part = qni_alloc(context, p.parts + 1, sizeof *p.part);
-    p.sides_before =
-        numbered > 0 ? qni_alloc(context, numbered, sizeof *p.sides_before) : NULL;
+    p.sides_before = numbered > 0 ? qni_alloc(context, numbered, sizeof *p.sides_before) : NULL;
     const bool good = p.part && (p.sides_before || numbered == 0);
     if (good) {
         find_parts(&p);

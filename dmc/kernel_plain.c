@@ -32,7 +32,7 @@ void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], co
 
 #define TABLE(set)                                                                                 \
     {                                                                                              \
-        #set, qni_point_##set, qni_meet_##set, qni_locate_##set, qni_land_##set,                   \
+#set, qni_point_##set, qni_meet_##set, qni_locate_##set, qni_land_##set,                   \
             qni_squeeze_##set, qni_number_##set                                                    \
     }
 

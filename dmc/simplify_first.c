@@ -30,7 +30,7 @@ typedef struct part {
     qni_numbers of_colour[QNI_COLOURS]; /* which merges have it */
     qni_numbers rings;                  /* quads that may shrink */
     qni_numbers suspects;               /* others that may go, but want a closer look */
-    qni_numbers dropped; /* vertices that came down to 3 */
+    qni_numbers dropped;                /* vertices that came down to 3 */
     int64_t merged, unprojected;
     bool failed;
 } part;
@@ -163,7 +163,8 @@ static first_merge merge_of(const uint32_t *corner, uint32_t quad, size_t side) 
         false};
 }
 
-/* A quad that find_kinds() found. Classes stay what they were, so no other thread's finding changes.
+/* A quad that find_kinds() found. Classes stay what they were, so no other thread's finding
+ * changes.
  */
 static void list(const qni_simplifier *job, const uint32_t *corner, uint32_t quad, part *own) {
     const uint8_t *class = classes_of(job), colour = job->around.colour[quad];
@@ -259,6 +260,13 @@ QN_HD_INLINE void expect_halfedges(const qn_mesh *mesh, const first_merge *merge
     __builtin_prefetch(mesh->vertex_halfedges + merge->corner.y);
 }
 
+/* The halfedges across the quad's sides, which will be paired with each other. */
+QN_HD_INLINE void expect_across(const qn_mesh *mesh, const first_merge *merge) {
+    __builtin_prefetch(mesh->vertex_halfedges + merge->corner.a, 1);
+    for (size_t k = 0; k < 4; ++k)
+        __builtin_prefetch(mesh->twins + mesh->twins[4 * (size_t)merge->quad + k], 1);
+}
+
 /* The next of those that were taken, from `*at` on; as many as are put in place together, fewer at
  * the end. */
 static int list_taken(const qni_simplifier *job, const part *own, int64_t *at,
@@ -266,9 +274,10 @@ static int list_taken(const qni_simplifier *job, const part *own, int64_t *at,
     int count = 0;
     for (; count < QNI_LANDINGS && *at < own->merge_count; ++*at) {
         const first_merge *merge = own->merges + *at;
-        list[count] = merge;
-        count += merge->taken;
-        if (job->mesh->twins && merge->taken)
+        if (!merge->taken)
+            continue;
+        list[count++] = merge;
+        if (job->mesh->twins)
             expect_halfedges(job->mesh, merge);
     }
     return count;
@@ -292,24 +301,27 @@ static void merge(const qni_simplifier *job, const first_merge *merge, part *own
 
 /* Memory is far: while some vertices are put in place, what the next need is on its way. */
 static void carry_out(const qni_simplifier *job, part *own) {
-    enum { STEPS = 4 }; /* listed, corners asked for, samples asked for, put in place */
+    enum { STEPS = 5 }; /* listed, looked across, corners asked for, samples asked for, put there */
     const first_merge *list[STEPS][QNI_LANDINGS];
     qni_placing placing[STEPS];
     int64_t at = 0;
     for (int n = 0; n < STEPS; ++n)
         placing[n].count = 0;
     for (unsigned n = 0, rest = STEPS; rest > 0; ++n) {
-        const unsigned first = n % STEPS, second = (n + 3) % STEPS, third = (n + 2) % STEPS;
-        placing[first].count = list_taken(job, own, &at, list[first]);
-        for (int m = 0; m < placing[second].count; ++m) {
-            merge(job, list[second][m], own);
-            placing[second].merged[m] = list[second][m]->corner;
+        const unsigned listed = n % STEPS, across = (n + 4) % STEPS, corners = (n + 3) % STEPS,
+                       samples = (n + 2) % STEPS, last = (n + 1) % STEPS;
+        placing[listed].count = list_taken(job, own, &at, list[listed]);
+        for (int m = 0; job->mesh->twins && m < placing[across].count; ++m)
+            expect_across(job->mesh, list[across][m]);
+        for (int m = 0; m < placing[corners].count; ++m) {
+            merge(job, list[corners][m], own);
+            placing[corners].merged[m] = list[corners][m]->corner;
         }
-        if (placing[third].count > 0)
-            qni_simplify_start_placing(job, placing + third);
-        if (placing[(n + 1) % STEPS].count > 0)
-            own->unprojected += qni_simplify_end_placing(job, placing + (n + 1) % STEPS);
-        rest = placing[first].count > 0 ? STEPS : rest - 1;
+        if (placing[samples].count > 0)
+            qni_simplify_start_placing(job, placing + samples);
+        if (placing[last].count > 0)
+            own->unprojected += qni_simplify_end_placing(job, placing + last);
+        rest = placing[listed].count > 0 ? STEPS : rest - 1;
     }
 }
 

@@ -113,7 +113,15 @@ static bool list_middles(const qni_simplifier *job, uint32_t vertex, qni_numbers
     return true;
 }
 
-/* `shrunk`: the vertices are the corners of these quads, four each. */
+/* Whether a quad round a corner of valence 3 may go beside the one whose corners these are: it
+ * shares one of the neighbouring corners, and that is 3 too, or at least 5. */
+static bool may_matter(const qni_around *around, const uint32_t corner[4], int k) {
+    const int before = qni_valence_now(around, corner[(k + 3) & 3]),
+              after = qni_valence_now(around, corner[(k + 1) & 3]);
+    return before == 3 || before >= 5 || after == 3 || after >= 5;
+}
+
+/* `shrunk`: the vertices are the corners of these quads, four each, which are suspect already. */
 static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
                                const qni_numbers *shrunk, bool middles, qn_error *error) {
     enum { AHEAD = 6 };
@@ -127,6 +135,8 @@ static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
         const int valence = job->around.valence[vertex] == QNI_VALENCE_GONE
                                 ? 0
                                 : qni_valence_now(&job->around, vertex);
+        if (valence == 3 && shrunk && !may_matter(&job->around, vertices->items + n / 4 * 4, n & 3))
+            continue;
         if (valence == 3)
             good = list_round(job, vertex, shrunk ? shrunk->items[n / 4] : QNI_UNPAIRED, &more);
         else if (valence == 4 && middles)
