@@ -53,30 +53,38 @@ static inline void scatter_point(float from[3][QNI_LANDINGS], int lane, uint32_t
     to[2] = from[2][lane];
 }
 
-static void gather_corners(const qn_mesh *mesh, const qni_placing *placing,
+/* One lane's; those beyond the last are filled like the first, as kernels work on several. */
+static void gather_corners(const qn_mesh *mesh, const qni_placing *placing, int lane,
                            qni_meetings *meetings) {
-    const int count = placing->count;
-    if (!mesh->normals)
-        memset(meetings->normal, 0, sizeof meetings->normal);
-    for (int n = 0; n < (count + QNI_LANES - 1) / QNI_LANES * QNI_LANES; ++n) {
-        const qni_merged *own = placing->merged + (n < count ? n : 0);
-        const uint32_t corner[4] = {own->a, own->b, own->x, own->y};
-        for (int k = 0; k < 4; ++k) {
-            gather_point(mesh->positions, corner[k], n, meetings->position[k]);
-            if (mesh->normals)
-                gather_point(mesh->normals, corner[k], n, meetings->normal[k]);
-        }
+    const qni_merged *own = placing->merged + (lane < placing->count ? lane : 0);
+    const uint32_t corner[4] = {own->a, own->b, own->x, own->y};
+    for (int k = 0; k < 4; ++k) {
+        gather_point(mesh->positions, corner[k], lane, meetings->position[k]);
+        if (mesh->normals)
+            gather_point(mesh->normals, corner[k], lane, meetings->normal[k]);
     }
 }
 
-void qni_simplify_start_placing(const qni_simplifier *job, qni_placing *placing) {
+static int lanes_of(const qni_placing *placing) {
+    return (placing->count + QNI_LANES - 1) / QNI_LANES * QNI_LANES;
+}
+
+static void start_placing(const qni_simplifier *job, const qni_meetings *meetings,
+                          qni_placing *placing) {
     const qni_projector *projector = job->options->projector;
-    qni_meetings meetings;
     placing->landings.count = placing->count;
-    gather_corners(job->mesh, placing, &meetings);
-    job->kernels->meet(&meetings, projector != NULL, &placing->landings);
+    job->kernels->meet(meetings, projector != NULL, &placing->landings);
     if (projector)
         qni_project_start(projector, &placing->landings, &placing->approach);
+}
+
+void qni_simplify_start_placing(const qni_simplifier *job, qni_placing *placing) {
+    qni_meetings meetings;
+    if (!job->mesh->normals)
+        memset(meetings.normal, 0, sizeof meetings.normal);
+    for (int n = 0; n < lanes_of(placing); ++n)
+        gather_corners(job->mesh, placing, n, &meetings);
+    start_placing(job, &meetings, placing);
 }
 
 int64_t qni_simplify_end_placing(const qni_simplifier *job, qni_placing *placing) {
@@ -267,20 +275,15 @@ QN_HD_INLINE void expect_across(const qn_mesh *mesh, const first_merge *merge) {
         __builtin_prefetch(mesh->twins + mesh->twins[4 * (size_t)merge->quad + k], 1);
 }
 
-/* The next of those that were taken, from `*at` on; as many as are put in place together, fewer at
- * the end. */
-static int list_taken(const qni_simplifier *job, const part *own, int64_t *at,
-                      const first_merge **list) {
-    int count = 0;
-    for (; count < QNI_LANDINGS && *at < own->merge_count; ++*at) {
-        const first_merge *merge = own->merges + *at;
-        if (!merge->taken)
-            continue;
-        list[count++] = merge;
-        if (job->mesh->twins)
-            expect_halfedges(job->mesh, merge);
-    }
-    return count;
+/* The next that was taken, from `*at` on; NULL at the end. */
+static const first_merge *next_taken(const qni_simplifier *job, const part *own, int64_t *at) {
+    while (*at < own->merge_count && !own->merges[*at].taken)
+        ++*at;
+    if (*at == own->merge_count)
+        return NULL;
+    if (job->mesh->twins)
+        expect_halfedges(job->mesh, own->merges + *at);
+    return own->merges + (*at)++;
 }
 
 /* All but the vertex' place. */
@@ -299,29 +302,54 @@ static void merge(const qni_simplifier *job, const first_merge *merge, part *own
     expect_corners(mesh, corner);
 }
 
-/* Memory is far: while some vertices are put in place, what the next need is on its way. */
+/* Some that are put in place together. */
+typedef struct batch {
+    const first_merge *list[QNI_LANDINGS];
+    qni_placing placing;
+} batch;
+
+/* Memory is far: while some vertices are put in place, what the next need is on its way. It is
+ * asked for little by little between other work, as not much can be on its way at once. */
+enum { LISTED, ACROSS, CORNERS, SAMPLES, LAST, STEPS };
+
+static void advance(const qni_simplifier *job, part *own, batch *const of[STEPS], int64_t *at) {
+    qni_meetings meetings;
+    batch *listed = of[LISTED];
+    listed->placing.count = 0;
+    if (!job->mesh->normals)
+        memset(meetings.normal, 0, sizeof meetings.normal);
+    for (int n = 0; n < QNI_LANDINGS; ++n) {
+        const first_merge *next = next_taken(job, own, at);
+        if (next)
+            listed->list[listed->placing.count++] = next;
+        if (n < of[ACROSS]->placing.count && job->mesh->twins)
+            expect_across(job->mesh, of[ACROSS]->list[n]);
+        if (n < of[CORNERS]->placing.count) {
+            of[CORNERS]->placing.merged[n] = of[CORNERS]->list[n]->corner;
+            merge(job, of[CORNERS]->list[n], own);
+        }
+        if (n < lanes_of(&of[SAMPLES]->placing))
+            gather_corners(job->mesh, &of[SAMPLES]->placing, n, &meetings);
+    }
+    if (of[SAMPLES]->placing.count > 0)
+        start_placing(job, &meetings, &of[SAMPLES]->placing);
+    if (of[LAST]->placing.count > 0)
+        own->unprojected += qni_simplify_end_placing(job, &of[LAST]->placing);
+}
+
 static void carry_out(const qni_simplifier *job, part *own) {
-    enum { STEPS = 5 }; /* listed, looked across, corners asked for, samples asked for, put there */
-    const first_merge *list[STEPS][QNI_LANDINGS];
-    qni_placing placing[STEPS];
+    batch batches[STEPS];
     int64_t at = 0;
     for (int n = 0; n < STEPS; ++n)
-        placing[n].count = 0;
+        batches[n].placing.count = 0;
     for (unsigned n = 0, rest = STEPS; rest > 0; ++n) {
-        const unsigned listed = n % STEPS, across = (n + 4) % STEPS, corners = (n + 3) % STEPS,
-                       samples = (n + 2) % STEPS, last = (n + 1) % STEPS;
-        placing[listed].count = list_taken(job, own, &at, list[listed]);
-        for (int m = 0; job->mesh->twins && m < placing[across].count; ++m)
-            expect_across(job->mesh, list[across][m]);
-        for (int m = 0; m < placing[corners].count; ++m) {
-            merge(job, list[corners][m], own);
-            placing[corners].merged[m] = list[corners][m]->corner;
-        }
-        if (placing[samples].count > 0)
-            qni_simplify_start_placing(job, placing + samples);
-        if (placing[last].count > 0)
-            own->unprojected += qni_simplify_end_placing(job, placing + last);
-        rest = placing[listed].count > 0 ? STEPS : rest - 1;
+        batch *const of[STEPS] = {[LISTED] = batches + n % STEPS,
+                                  [ACROSS] = batches + (n + 4) % STEPS,
+                                  [CORNERS] = batches + (n + 3) % STEPS,
+                                  [SAMPLES] = batches + (n + 2) % STEPS,
+                                  [LAST] = batches + (n + 1) % STEPS};
+        advance(job, own, of, &at);
+        rest = of[LISTED]->placing.count > 0 ? STEPS : rest - 1;
     }
 }
 
