@@ -109,7 +109,8 @@ static void look_in_pairs(const qni_around *around, uint32_t vertex, finding *fo
     const qni_pairs *pairs = &around->pairs;
     if (pairs->heads == 0)
         return;
-    for (uint32_t n = pairs->head[chain_of(pairs, vertex)]; n; n = pairs->pair[n - 1][2])
+    for (uint32_t n = pairs->head[chain_of(pairs, vertex)]; n && found->count < found->wanted;
+         n = pairs->pair[n - 1][2])
         if (pairs->pair[n - 1][0] == vertex)
             add(around, pairs->pair[n - 1][1], found);
 }
@@ -127,9 +128,16 @@ static int walk_round(const qni_around *around, uint32_t vertex, uint32_t *quads
 
 int qni_quads_round(const qni_around *around, uint32_t vertex,
                     uint32_t quads[QNI_VALENCE_LARGEST]) {
+    return qni_quads_round_with(around, vertex, QNI_UNPAIRED, quads);
+}
+
+int qni_quads_round_with(const qni_around *around, uint32_t vertex, uint32_t known,
+                         uint32_t quads[QNI_VALENCE_LARGEST]) {
     if (around->mesh->twins)
         return walk_round(around, vertex, quads);
     finding found = {quads, 0, qni_valence_now(around, vertex)};
+    if (known != QNI_UNPAIRED)
+        add(around, known, &found);
     const bool merged = around->valence[vertex] & QNI_VALENCE_MERGED;
     for (int later = 0; later < 2 && found.count < found.wanted; ++later) {
         uint32_t member = vertex;

@@ -79,5 +79,8 @@ static inline void qni_corners_now(const qni_around *around, uint32_t quad, uint
 
 /* The quads round a vertex that is neither gone nor fixed, in no order; as many as its valence. */
 int qni_quads_round(const qni_around *around, uint32_t vertex, uint32_t quads[QNI_VALENCE_LARGEST]);
+/* The same where one of them is known: one that it was not emitted with is soonest found so. */
+int qni_quads_round_with(const qni_around *around, uint32_t vertex, uint32_t known,
+                         uint32_t quads[QNI_VALENCE_LARGEST]);
 
 #endif

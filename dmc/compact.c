@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /* Packs a mesh whose gone vertices and quads are marked, in place and in order: count, scan, move.
  * A vertex that was merged gets the new number of the one it was merged into. */
+#include "dmc/dmc.h"
 #include "dmc/simplify.h"
 #include "core/context.h"
 #include "core/status.h"
@@ -9,24 +10,16 @@
 
 /* What is read in order is asked for a page ahead: the processor does not look beyond one itself.
  */
-enum { RUN_BITS = 8, RUN = 1 << RUN_BITS, GONE = 255, PAGE = 1024 };
-
-/* For halfedges, how many quads go before quad n: base[n / RUN] + within[n]. So that the tables
- * stay in the cache, the byte takes the mark's place; that of n + 1 is one more when n is gone. */
-typedef struct numbering {
-    uint32_t *base;  /* [runs] */
-    uint8_t *within; /* [count + 1]: what goes before it in its run */
-    int64_t runs;
-} numbering;
+enum { GONE = 255, PAGE = 1024 };
 
 typedef struct packing {
+    const qni_kernels *kernels;
     qn_mesh *mesh;
     int32_t parts;
-    const uint8_t *vertex_marks;
-    uint8_t *quad_marks;
+    const uint8_t *vertex_marks, *quad_marks;
     uint32_t *renumber;
-    numbering quads;       /* where there are halfedges */
-    int64_t (*part)[2][2]; /* [parts + 1]: vertices and quads before it, old and new */
+    uint32_t *sides_before; /* of quads that go, before each quad; where there are halfedges */
+    int64_t (*part)[2][2];  /* [parts + 1]: vertices and quads before it, old and new */
 } packing;
 
 /* ---- numbers --------------------------------------------------------------------------------- */
@@ -66,93 +59,54 @@ static void find_parts(const packing *p) {
     }
 }
 
-static inline uint32_t gone_before(const numbering *n, uint32_t quad) {
-    return n->base[quad >> RUN_BITS] + n->within[quad];
-}
-
-static bool number_quads(qn_context *context, packing *p) {
-    const int64_t count = p->mesh->quad_count;
-    const int32_t threads = p->parts;
-    numbering *n = &p->quads;
-    uint32_t gone = 0;
-    (void)threads;
-    n->runs = count / RUN + 1;
-    n->within = p->quad_marks;
-    n->within[count] = 0;
-    n->base = qni_alloc(context, n->runs, sizeof *n->base);
-    if (!n->base)
-        return false;
-#pragma omp parallel for schedule(static) num_threads(threads)
-    for (int64_t run = 0; run < n->runs; ++run) {
-        const int64_t end = (run + 1) * RUN < count + 1 ? (run + 1) * RUN : count + 1;
-        uint32_t before = 0;
-        for (int64_t at = run * RUN; at < end; ++at) {
-            const bool goes = n->within[at] == GONE;
-            n->within[at] = (uint8_t)before;
-            before += goes;
-        }
-        n->base[run] = before;
+static void number_sides(const packing *p, int32_t part) {
+    const int64_t *first = p->part[part][1];
+    uint32_t before = (uint32_t)(4 * (first[0] - first[1]));
+    for (int64_t q = first[0]; q < p->part[part + 1][1][0]; ++q) {
+        p->sides_before[q] = before;
+        before += p->quad_marks[q] == GONE ? 4 : 0;
     }
-    for (int64_t run = 0; run < n->runs; ++run) {
-        const uint32_t in_run = n->base[run];
-        n->base[run] = gone;
-        gone += in_run;
-    }
-    return true;
 }
 
 /* ---- moving ---------------------------------------------------------------------------------- */
 
-static inline uint32_t side_anew(const numbering *n, uint32_t h) {
-    return h == QN_NO_HALFEDGE ? h : h - 4 * gone_before(n, h >> 2);
+static inline uint32_t side_anew(const packing *p, uint32_t h) {
+    return h == QN_NO_HALFEDGE ? h : h - p->sides_before[h >> 2];
 }
 
-/* The vertices of a run that stay together, from `from` to `to`, which is not beyond it. */
-static void move_points(float *points, int64_t from, int64_t end, int64_t to) {
-    __builtin_prefetch(points + 3 * from + PAGE);
-    if (from != to)
-        memmove(points + 3 * to, points + 3 * from, (size_t)(end - from) * 3 * sizeof *points);
-}
-
-/* A vertex that went gets the number of the one that was kept, which came before it; unless that is
- * gone too, and then no quad asks. */
-static void follow_kept(const packing *p, int64_t v) {
-    if (p->vertex_marks[p->renumber[v]] != GONE)
-        p->renumber[v] = p->renumber[p->renumber[v]];
+/* Without branches on the marks, since which go is hard to foresee. */
+static void move_halfedges(const packing *p, int64_t v, int64_t end) {
+    uint32_t *halfedges = p->mesh->vertex_halfedges;
+    for (int64_t to = v; v < end; ++v) {
+        halfedges[to] = side_anew(p, halfedges[v]);
+        to += p->vertex_marks[v] != GONE;
+    }
 }
 
 /* Each thread packs its part to the part's own start, and numbers its vertices. */
 static void pack_vertices(const packing *p, int32_t part) {
-    qn_mesh *mesh = p->mesh;
+    const qn_mesh *mesh = p->mesh;
     const int64_t first = p->part[part][0][0], end = p->part[part + 1][0][0];
-    int64_t number = p->part[part][0][1], to = first;
-    for (int64_t v = first; v < end;) {
-        const int64_t from = v;
-        const uint8_t *gone = memchr(p->vertex_marks + v, GONE, (size_t)(end - v));
-        for (const int64_t stop = gone ? gone - p->vertex_marks : end; v < stop; ++v)
-            p->renumber[v] = (uint32_t)(number + v - from);
-        number += v - from;
-        move_points(mesh->positions, from, v, to);
-        if (mesh->normals)
-            move_points(mesh->normals, from, v, to);
-        for (int64_t n = 0; mesh->twins && n < v - from; ++n)
-            mesh->vertex_halfedges[to + n] = side_anew(&p->quads, mesh->vertex_halfedges[from + n]);
-        to += v - from;
-        for (; v < end && p->vertex_marks[v] == GONE; ++v)
-            if (p->parts == 1)
-                follow_kept(p, v);
-    }
+    const uint8_t *gone = memchr(p->vertex_marks + first, GONE, (size_t)(end - first));
+    const int64_t stop = gone ? gone - p->vertex_marks : end;
+    p->kernels->number(p->vertex_marks, first, end, (uint32_t)p->part[part][0][1], p->parts == 1,
+                       p->renumber);
+    p->kernels->squeeze(mesh->positions, p->vertex_marks, stop, end);
+    if (mesh->normals)
+        p->kernels->squeeze(mesh->normals, p->vertex_marks, stop, end);
+    if (mesh->twins)
+        move_halfedges(p, first, end);
 }
 
 /* Where the one that was kept can be another thread's, it has its number only now. */
 static void follow_all_kept(const packing *p, int32_t part) {
     for (int64_t v = p->part[part][0][0]; v < p->part[part + 1][0][0]; ++v)
-        if (p->vertex_marks[v] == GONE)
-            follow_kept(p, v);
+        if (p->vertex_marks[v] == GONE && p->vertex_marks[p->renumber[v]] != GONE)
+            p->renumber[v] = p->renumber[p->renumber[v]];
 }
 
 static void pack_quads(const packing *p, int32_t part) {
-    uint32_t *quads = p->mesh->quads;
+    uint32_t *quads = p->mesh->quads, *twins = p->mesh->twins;
     const uint32_t *renumber = p->renumber;
     const uint8_t *marks = p->quad_marks;
     const int64_t end = p->part[part + 1][1][0];
@@ -162,33 +116,14 @@ static void pack_quads(const packing *p, int32_t part) {
         __builtin_prefetch(v + PAGE);
         const uint32_t moved[4] = {renumber[v[0]], renumber[v[1]], renumber[v[2]], renumber[v[3]]};
         memcpy(quads + 4 * to, moved, sizeof moved);
+        if (twins) {
+            const uint32_t *h = twins + 4 * q;
+            __builtin_prefetch(h + PAGE);
+            const uint32_t twin[4] = {side_anew(p, h[0]), side_anew(p, h[1]), side_anew(p, h[2]),
+                                      side_anew(p, h[3])};
+            memcpy(twins + 4 * to, twin, sizeof twin);
+        }
         to += marks[q] != GONE;
-    }
-}
-
-/* The same with halfedges. */
-static void pack_linked_quads(const packing *p, int32_t part) {
-    uint32_t *quads = p->mesh->quads, *twins = p->mesh->twins;
-    const uint32_t *renumber = p->renumber;
-    const numbering numbers = p->quads;
-    const int64_t end = p->part[part + 1][1][0];
-    int64_t to = p->part[part][1][0];
-    uint32_t before = gone_before(&numbers, (uint32_t)to);
-    for (int64_t q = to; q < end; ++q) {
-        const uint32_t *v = quads + 4 * q, *h = twins + 4 * q;
-        __builtin_prefetch(v + PAGE);
-        __builtin_prefetch(h + PAGE);
-        const uint32_t next = gone_before(&numbers, (uint32_t)q + 1);
-        const bool goes = next != before;
-        before = next;
-        if (goes)
-            continue;
-        const uint32_t corner[4] = {renumber[v[0]], renumber[v[1]], renumber[v[2]], renumber[v[3]]};
-        const uint32_t twin[4] = {side_anew(&numbers, h[0]), side_anew(&numbers, h[1]),
-                                  side_anew(&numbers, h[2]), side_anew(&numbers, h[3])};
-        memcpy(quads + 4 * to, corner, sizeof corner);
-        memcpy(twins + 4 * to, twin, sizeof twin);
-        ++to;
     }
 }
 
@@ -216,6 +151,10 @@ static void pack(const packing *p) {
     const int32_t parts = p->parts;
 #pragma omp parallel for schedule(static, 1) num_threads(parts)
     for (int32_t n = 0; n < parts; ++n)
+        if (p->sides_before)
+            number_sides(p, n);
+#pragma omp parallel for schedule(static, 1) num_threads(parts)
+    for (int32_t n = 0; n < parts; ++n)
         pack_vertices(p, n);
 #pragma omp parallel for schedule(static, 1) num_threads(parts)
     for (int32_t n = 0; n < parts; ++n)
@@ -223,35 +162,33 @@ static void pack(const packing *p) {
             follow_all_kept(p, n);
 #pragma omp parallel for schedule(static, 1) num_threads(parts)
     for (int32_t n = 0; n < parts; ++n)
-        if (p->mesh->twins)
-            pack_linked_quads(p, n);
-        else
-            pack_quads(p, n);
+        pack_quads(p, n);
     close_up(p);
 }
 
 qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, const uint8_t *vertex_marks,
-                           uint8_t *quad_marks, uint32_t *renumber, qn_error *error) {
-    packing p = {.mesh = mesh,
+                           const uint8_t *quad_marks, uint32_t *renumber, qn_error *error) {
+    packing p = {.kernels = qni_choose_kernels(),
+                 .mesh = mesh,
                  .parts = qn_context_threads(context),
                  .vertex_marks = vertex_marks,
                  .quad_marks = quad_marks,
                  .renumber = renumber};
+    const int64_t numbered = mesh->twins ? mesh->quad_count : 0;
     p.part = qni_alloc(context, p.parts + 1, sizeof *p.part);
-    if (p.part)
+    p.sides_before = numbered > 0 ? qni_alloc(context, numbered, sizeof *p.sides_before) : NULL;
+    const bool good = p.part && (p.sides_before || numbered == 0);
+    if (good) {
         find_parts(&p);
-    if (!p.part || (mesh->twins && !number_quads(context, &p))) {
-        qni_free(context, p.part, p.parts + 1, sizeof *p.part);
-        return qni_fail_memory(error, "the numbers of a packed mesh");
+        pack(&p);
+        const int64_t vertices = p.part[p.parts][0][1], quads = p.part[p.parts][1][1];
+        mesh->vertex_slack += mesh->vertex_count - vertices;
+        mesh->quad_slack += mesh->quad_count - quads;
+        mesh->vertex_count = vertices;
+        mesh->quad_count = quads;
+        mesh->halfedge_count = mesh->twins ? 4 * quads : 0;
     }
-    pack(&p);
-    const int64_t vertices = p.part[p.parts][0][1], quads = p.part[p.parts][1][1];
-    mesh->vertex_slack += mesh->vertex_count - vertices;
-    mesh->quad_slack += mesh->quad_count - quads;
-    mesh->vertex_count = vertices;
-    mesh->quad_count = quads;
-    mesh->halfedge_count = mesh->twins ? 4 * quads : 0;
     qni_free(context, p.part, p.parts + 1, sizeof *p.part);
-    qni_free(context, p.quads.base, p.quads.runs, sizeof *p.quads.base);
-    return QN_OK;
+    qni_free(context, p.sides_before, numbered, sizeof *p.sides_before);
+    return good ? QN_OK : qni_fail_memory(error, "the numbers of a packed mesh");
 }

@@ -142,12 +142,21 @@ void qni_frame_of_field(const qni_field *field, qni_frame *frame_out, double *de
 
 typedef void qni_point_kernel(qni_point_batch *batch, const qni_frame *frame);
 
+/* Packing, of vertices [from, end): points that are not marked as gone, to `from` on; numbers of
+ * those vertices, from `first` on. A vertex that is gone gets the number of the one that `renumber`
+ * names, which comes before it, or with `follow` not set still names it. */
+typedef void qni_squeeze_kernel(float *points, const uint8_t *marks, int64_t from, int64_t end);
+typedef void qni_number_kernel(const uint8_t *marks, int64_t from, int64_t end, uint32_t first,
+                               bool follow, uint32_t *renumber);
+
 typedef struct qni_kernels {
     const char *name;
     qni_point_kernel *point;
     qni_meet_kernel *meet;
     qni_locate_kernel *locate;
     qni_land_kernel *land;
+    qni_squeeze_kernel *squeeze;
+    qni_number_kernel *number;
 } qni_kernels;
 
 /* Those that this processor can run, plain ones first; NULL beyond the last. */

@@ -3,3 +3,4 @@
 #define KERNEL(name) name##_avx2
 #include "dmc/kernel_body.h"
 #include "dmc/landing_body.h"
+#include "dmc/packing_body.h"

@@ -3,6 +3,7 @@
 #define KERNEL(name) name##_plain
 #include "dmc/kernel_body.h"
 #include "dmc/landing_body.h"
+#include "dmc/packing_body.h"
 #include "qni_config.h"
 
 void qni_gather_stencil(const double *corner, double stencil[QNI_STENCIL]) {
@@ -30,13 +31,18 @@ void qni_place_point(const double stencil[QNI_STENCIL], const double cell[3], co
 }
 
 #define TABLE(set)                                                                                 \
-    { #set, qni_point_##set, qni_meet_##set, qni_locate_##set, qni_land_##set }
+    {                                                                                              \
+#set, qni_point_##set, qni_meet_##set, qni_locate_##set, qni_land_##set,                   \
+            qni_squeeze_##set, qni_number_##set                                                    \
+    }
 
 #if QNI_HAVE_AVX_KERNELS
 qni_point_kernel qni_point_avx2, qni_point_avx512;
 qni_meet_kernel qni_meet_avx2, qni_meet_avx512;
 qni_locate_kernel qni_locate_avx2, qni_locate_avx512;
 qni_land_kernel qni_land_avx2, qni_land_avx512;
+qni_squeeze_kernel qni_squeeze_avx2, qni_squeeze_avx512;
+qni_number_kernel qni_number_avx2, qni_number_avx512;
 
 static const qni_kernels kernels[] = {TABLE(plain), TABLE(avx2), TABLE(avx512)};
 

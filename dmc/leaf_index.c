@@ -186,6 +186,7 @@ void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex) {
     const qni_leaf_place *place = index->place + leaf_of(index, vertex);
     __builtin_prefetch(place->leaf);
     __builtin_prefetch((const char *)place->leaf + 64);
+    __builtin_prefetch(place->multis);
     for (size_t line = 0; line < sizeof *place->quads; line += 64)
         __builtin_prefetch((const char *)place->quads + line);
 }

@@ -160,6 +160,7 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
     }
     qni_around_free(&job.around);
     qni_numbers_free(context, &job.suspects);
+    qni_numbers_free(context, &job.rings);
     qni_numbers_free(context, &job.kept);
     job.report.seconds = qni_seconds() - start;
     *report_out = job.report;

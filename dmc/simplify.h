@@ -43,9 +43,9 @@ qn_status qni_simplify(qn_context *context, qn_mesh *mesh, const qni_simplify_op
                        qni_simplify_report *report_out, qn_error *error);
 
 /* Drop vertices and quads whose mark is 255, in place; the rest keeps its order (compact.c). Where
- * a dropped vertex was merged into another one, `renumber` of it names that one. All three arrays
- * are used up; the marks have one more than there are vertices and quads. */
+ * a dropped vertex was merged into another one, `renumber` of it names that one; that array is used
+ * up. */
 qn_status qni_compact_mesh(qn_context *context, qn_mesh *mesh, const uint8_t *vertex_marks,
-                           uint8_t *quad_marks, uint32_t *renumber, qn_error *error);
+                           const uint8_t *quad_marks, uint32_t *renumber, qn_error *error);
 
 #endif

@@ -25,12 +25,14 @@ typedef struct qni_simplifier {
     const qni_kernels *kernels;
     int32_t threads;
     qni_numbers suspects; /* quads that may have to go, ascending */
+    qni_numbers rings;    /* more of them, only by the 3-3-3-3 pattern */
     qni_numbers kept;     /* vertices into which others were merged after the first merges */
     qni_simplify_report report;
     int64_t most_held;
 } qni_simplifier;
 
-/* Merge all that can be told from valences alone; the suspects are the other quads that may go. */
+/* Merge all that can be told from valences alone; suspects and rings are the other quads that may
+ * go. */
 qn_status qni_simplify_first(qni_simplifier *job, qn_error *error);
 /* One round of merges or of rings among the suspects. */
 qn_status qni_simplify_round(qni_simplifier *job, bool rings, qn_error *error);

@@ -86,9 +86,10 @@ static bool add_suspects(qni_simplifier *job, qni_numbers *more) {
     return true;
 }
 
-static bool list_round(const qni_simplifier *job, uint32_t vertex, qni_numbers *list) {
+static bool list_round(const qni_simplifier *job, uint32_t vertex, uint32_t known,
+                       qni_numbers *list) {
     uint32_t round[QNI_VALENCE_LARGEST], corner[4];
-    const int count = qni_quads_round(&job->around, vertex, round);
+    const int count = qni_quads_round_with(&job->around, vertex, known, round);
     if (!qni_numbers_reserve(job->context, list, count))
         return false;
     for (int n = 0; n < count; ++n)
@@ -105,14 +106,24 @@ static bool list_middles(const qni_simplifier *job, uint32_t vertex, qni_numbers
     for (int n = 0; n < count; ++n) {
         qni_corners_now(&job->around, round[n], corner);
         for (int k = 0; k < 4; ++k)
-            if (qni_valence_now(&job->around, corner[k]) == 3 && !list_round(job, corner[k], list))
+            if (qni_valence_now(&job->around, corner[k]) == 3 &&
+                !list_round(job, corner[k], QNI_UNPAIRED, list))
                 return false;
     }
     return true;
 }
 
-static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices, bool middles,
-                               qn_error *error) {
+/* Whether a quad round a corner of valence 3 may go beside the one whose corners these are: it
+ * shares one of the neighbouring corners, and that is 3 too, or at least 5. */
+static bool may_matter(const qni_around *around, const uint32_t corner[4], int k) {
+    const int before = qni_valence_now(around, corner[(k + 3) & 3]),
+              after = qni_valence_now(around, corner[(k + 1) & 3]);
+    return before == 3 || before >= 5 || after == 3 || after >= 5;
+}
+
+/* `shrunk`: the vertices are the corners of these quads, four each, which are suspect already. */
+static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
+                               const qni_numbers *shrunk, bool middles, qn_error *error) {
     enum { AHEAD = 6 };
     qni_numbers more = {0};
     bool good = true;
@@ -124,8 +135,10 @@ static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
         const int valence = job->around.valence[vertex] == QNI_VALENCE_GONE
                                 ? 0
                                 : qni_valence_now(&job->around, vertex);
+        if (valence == 3 && shrunk && !may_matter(&job->around, vertices->items + n / 4 * 4, n & 3))
+            continue;
         if (valence == 3)
-            good = list_round(job, vertex, &more);
+            good = list_round(job, vertex, shrunk ? shrunk->items[n / 4] : QNI_UNPAIRED, &more);
         else if (valence == 4 && middles)
             good = list_middles(job, vertex, &more);
     }
@@ -136,7 +149,7 @@ static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
 
 qn_status qni_simplify_suspect_round(qni_simplifier *job, const qni_numbers *vertices,
                                      qn_error *error) {
-    return suspect_round(job, vertices, false, error);
+    return suspect_round(job, vertices, NULL, false, error);
 }
 
 /* ---- carrying out ---------------------------------------------------------------------------- */
@@ -215,12 +228,13 @@ static bool shrink(qni_simplifier *job, const qni_candidate *item, qni_numbers *
  */
 static qn_status carry_out(qni_simplifier *job, const qni_candidates *all, bool rings,
                            qn_error *error) {
-    qni_numbers changed = {0}, more = {0};
+    qni_numbers changed = {0}, more = {0}, shrunk = {0};
     qni_placing placing;
     qn_status status = QN_OK;
     placing.count = 0;
     const bool good = qni_numbers_reserve(job->context, &changed, 4 * all->count) &&
                       qni_numbers_reserve(job->context, &more, all->count) &&
+                      qni_numbers_reserve(job->context, &shrunk, rings ? all->count : 0) &&
                       qni_numbers_reserve(job->context, &job->kept, rings ? 0 : all->count);
     if (!good)
         status = qni_fail_memory(error, "the list of quads to remove");
@@ -232,6 +246,8 @@ static qn_status carry_out(qni_simplifier *job, const qni_candidates *all, bool 
             place_merged(job, &placing);
         if (!taken || rings)
             more.items[more.count++] = item->quad;
+        if (taken && rings)
+            shrunk.items[shrunk.count++] = item->quad;
         for (int k = 0; taken && rings && !job->mesh->twins && k < 4 && status == QN_OK; ++k)
             status = qni_around_note(&job->around, item->corner[k], item->quad, error);
     }
@@ -239,10 +255,11 @@ static qn_status carry_out(qni_simplifier *job, const qni_candidates *all, bool 
     if (status == QN_OK && !add_suspects(job, &more))
         status = qni_fail_memory(error, "the list of quads to remove");
     if (status == QN_OK)
-        status = suspect_round(job, &changed, !rings, error);
+        status = suspect_round(job, &changed, rings ? &shrunk : NULL, !rings, error);
     qni_simplify_note_memory(job);
     qni_numbers_free(job->context, &changed);
     qni_numbers_free(job->context, &more);
+    qni_numbers_free(job->context, &shrunk);
     return status;
 }
 
@@ -250,6 +267,9 @@ qn_status qni_simplify_round(qni_simplifier *job, bool rings, qn_error *error) {
     qni_candidates all = {0};
     if (qni_progress(job->context, "simplify", rings ? 0.75 : 0.5))
         return qni_fail(error, QN_ERROR_CANCELLED, "cancelled");
+    if (rings && !add_suspects(job, &job->rings))
+        return qni_fail_memory(error, "the list of quads to remove");
+    job->rings.count = rings ? 0 : job->rings.count;
     qn_status status = look_at_suspects(job, rings, &all)
                            ? QN_OK
                            : qni_fail_memory(error, "the list of quads to remove");

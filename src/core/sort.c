@@ -41,10 +41,18 @@ static int64_t least(int64_t a, int64_t b) {
     return a < b ? a : b;
 }
 
+static bool is_sorted(const char *items, int64_t count, size_t size,
+                      int (*compare)(const void *, const void *)) {
+    int64_t n = 1;
+    while (n < count && compare(items + (size_t)(n - 1) * size, items + (size_t)n * size) <= 0)
+        ++n;
+    return n >= count;
+}
+
 bool qni_sort(qn_context *context, void *items, int64_t count, size_t size,
               int (*compare)(const void *first, const void *second)) {
     char *from = items, *to, *buffer;
-    if (count < 2 || size > LARGEST_ITEM)
+    if (size > LARGEST_ITEM || is_sorted(from, count, size, compare))
         return size <= LARGEST_ITEM;
     buffer = to = qni_alloc(context, count, size);
     if (!buffer)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/* The vertex kernels: every instruction set this machine has gives the same bits as plain C. */
+/* The vertex kernels: every instruction set this machine has gives the same bits as plain C. Those
+ * of packing do what they say. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -86,7 +87,79 @@ static void kernels_agree_to_the_bit(void **state) {
     assert_true(lanes > 100000);
 }
 
+/* ---- packing --------------------------------------------------------------------------------- */
+
+enum { VERTICES = 150, GONE = 255 };
+
+typedef struct packed {
+    uint8_t marks[VERTICES];
+    float points[3 * VERTICES];
+    uint32_t renumber[VERTICES];
+} packed;
+
+/* A vertex that is gone names one before it that stays, or itself. */
+static void fill_packed(uint64_t *random, packed *p) {
+    const uint64_t rare = 1 + next_random(random) % 20;
+    for (uint32_t v = 0; v < VERTICES; ++v) {
+        const uint32_t other = (uint32_t)(next_random(random) % (v + 1));
+        p->marks[v] = next_random(random) % rare == 0 ? GONE : (uint8_t)(next_random(random) % 200);
+        p->renumber[v] = p->marks[other] == GONE ? v : other;
+        for (int a = 0; a < 3; ++a)
+            p->points[3 * v + a] = (float)(3 * v + a);
+    }
+}
+
+/* What lies outside [from, end) is left alone; after the points that stay anything may follow. */
+static void check_squeezed(const packed *before, const packed *after, int64_t from, int64_t end) {
+    int64_t to = from;
+    for (int64_t v = 0; v < VERTICES; ++v) {
+        if (v < from || v >= end)
+            assert_memory_equal(before->points + 3 * v, after->points + 3 * v, 3 * sizeof(float));
+        else if (before->marks[v] != GONE)
+            assert_memory_equal(before->points + 3 * v, after->points + 3 * to++,
+                                3 * sizeof(float));
+    }
+}
+
+static void check_numbers(const packed *before, const packed *after, int64_t from, int64_t end,
+                          uint32_t first, bool follow) {
+    uint32_t next = first;
+    for (int64_t v = 0; v < VERTICES; ++v) {
+        const uint32_t kept = before->renumber[v];
+        if (v < from || v >= end)
+            assert_int_equal(after->renumber[v], kept);
+        else if (before->marks[v] != GONE)
+            assert_int_equal(after->renumber[v], next++);
+        else if (!follow)
+            assert_int_equal(after->renumber[v], kept);
+        else if (before->marks[kept] != GONE)
+            assert_int_equal(after->renumber[v], after->renumber[kept]);
+    }
+}
+
+static void vertices_are_packed(void **state) {
+    (void)state;
+    uint64_t random = 9;
+    for (int round = 0; round < 20000; ++round) {
+        packed before, after;
+        fill_packed(&random, &before);
+        const int64_t from = (int64_t)(next_random(&random) % VERTICES),
+                      end =
+                          from + (int64_t)(next_random(&random) % (uint64_t)(VERTICES + 1 - from));
+        for (int n = 0; qni_kernels_at(n); ++n) {
+            const uint32_t first = (uint32_t)(next_random(&random) >> 40);
+            const bool follow = ((n + round) & 1) != 0;
+            after = before;
+            qni_kernels_at(n)->squeeze(after.points, before.marks, from, end);
+            qni_kernels_at(n)->number(before.marks, from, end, first, follow, after.renumber);
+            check_squeezed(&before, &after, from, end);
+            check_numbers(&before, &after, from, end, first, follow);
+        }
+    }
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(kernels_agree_to_the_bit)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(kernels_agree_to_the_bit),
+                                       cmocka_unit_test(vertices_are_packed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
