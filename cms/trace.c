@@ -387,7 +387,7 @@ static bool trace_flat(const qni_face_job *job, const qni_face_point *enter,
     const double cell = job->hermite->lattice.cell;
     double bend[3], from[2][3];
     start_chain(enter, leave, trace);
-    if (likeness(&enter->line, &leave->line) >= job->settings->crease_cosine ||
+    if (!parts(job, &enter->line, &leave->line) ||
         !lines_meet(&enter->line, &leave->line, trace->bends[0]) ||
         !is_within(job, trace->bends[0], 5e-5 * cell) || !runs_on(job, trace))
         return false;
