@@ -113,7 +113,7 @@ static void a_scan_says_what_single_questions_say(void **state) {
 }
 
 /* A local solid walks from point to point and looks in its list; the whole one shoots rays and
- * searches its tree. */
+ * searches its tree: of panels equally near but for rounding each may find another. */
 static int ask_one(const qn_solid *whole, const qn_solid *local, const double p[3], double most) {
     const double point[1][3] = {{p[0], p[1], p[2]}};
     double value, gradient[1][3], both, slope[3], distance;
@@ -121,15 +121,17 @@ static int ask_one(const qn_solid *whole, const qn_solid *local, const double p[
     assert_int_equal(whole->ops->values(whole, 1, point, &value), QN_OK);
     assert_int_equal(whole->ops->gradients(whole, 1, point, gradient, &owner), QN_OK);
     assert_int_equal(qni_solid_first_order(local, p, &both, slope, &other), QN_OK);
-    assert_memory_equal(&value, &both, sizeof both);
-    assert_memory_equal(gradient[0], slope, sizeof slope);
+    assert_int_equal(value < 0, both < 0);
+    assert_true(fabs(value - both) <= 1e-12);
+    for (int k = 0; k < 3 && fabs(value) > 1e-6; ++k)
+        assert_true(fabs(gradient[0][k] - slope[k]) <= 1e-8);
     assert_int_equal(owner, other);
     if (!local->ops->distance(local, p, most, &distance))
         return 0; /* caps matter here */
     if (fabs(value) <= most)
-        assert_true(fabs(distance - fabs(value)) <= 1e-290);
+        assert_true(fabs(distance - fabs(value)) <= 1e-12);
     else
-        assert_true(distance > most);
+        assert_true(distance > most - 1e-12);
     return 1;
 }
 
