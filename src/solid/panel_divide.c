@@ -6,10 +6,10 @@
 
 enum { LEAF = 4 };
 
-/* What a panel is to the tree that is made: the middle of its box, and its place so far. */
+/* What a panel is to the tree that is made: its box, its number, and its place so far. */
 typedef struct seed {
-    float middle[3];
-    int32_t panel;
+    float low[3], high[3];
+    int32_t number, panel;
 } seed;
 
 static void plant(const qni_panel_tree *tree, seed *seeds) {
@@ -17,15 +17,18 @@ static void plant(const qni_panel_tree *tree, seed *seeds) {
         const qni_panel *panel = &tree->panels[n];
         for (int k = 0; k < 3; ++k) {
             const float x = panel->at[0][k], y = panel->at[1][k], z = panel->at[2][k];
-            seeds[n].middle[k] = qni_least_of(x, y, z) * 0.5f + qni_most_of(x, y, z) * 0.5f;
+            seeds[n].low[k] = qni_least_of(x, y, z);
+            seeds[n].high[k] = qni_most_of(x, y, z);
         }
+        seeds[n].number = panel->number;
         seeds[n].panel = n;
     }
 }
 
 static bool before(const seed *a, const seed *b, int axis) {
-    const float x = a->middle[axis], y = b->middle[axis];
-    return x < y || (!(y < x) && a->panel < b->panel);
+    const float x = a->low[axis] * 0.5f + a->high[axis] * 0.5f,
+                y = b->low[axis] * 0.5f + b->high[axis] * 0.5f;
+    return x < y || (!(y < x) && a->number < b->number);
 }
 
 /* Hoare's selection: the seeds before `place` come before the one at it. No two compare equal. */
@@ -53,14 +56,13 @@ static void split_at(seed *seeds, int64_t first, int64_t last, int64_t place, in
     }
 }
 
-/* The axis along which the middles lie farthest apart. */
+/* The axis along which they reach farthest. */
 static int longest_axis(const seed *seeds, int32_t count) {
     float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (int32_t n = 0; n < count; ++n)
         for (int k = 0; k < 3; ++k) {
-            const float at = seeds[n].middle[k];
-            low[k] = at < low[k] ? at : low[k];
-            high[k] = at > high[k] ? at : high[k];
+            low[k] = seeds[n].low[k] < low[k] ? seeds[n].low[k] : low[k];
+            high[k] = seeds[n].high[k] > high[k] ? seeds[n].high[k] : high[k];
         }
     int axis = 0;
     for (int k = 1; k < 3; ++k)

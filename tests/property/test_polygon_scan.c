@@ -5,6 +5,7 @@
 #include "lib/polygon_models.h"
 #include "solid/model.h"
 
+#include <math.h>
 #include <string.h>
 
 static qn_solid *random_model(qn_context *context, test_random *random) {
@@ -111,9 +112,62 @@ static void a_scan_says_what_single_questions_say(void **state) {
     test_context_end(context);
 }
 
+/* A local solid walks from point to point and looks in its list; the whole one shoots rays and
+ * searches its tree: of panels equally near but for rounding each may find another. */
+static int ask_one(const qn_solid *whole, const qn_solid *local, const double p[3], double most) {
+    const double point[1][3] = {{p[0], p[1], p[2]}};
+    double value, gradient[1][3], both, slope[3], distance;
+    int32_t owner, other;
+    assert_int_equal(whole->ops->values(whole, 1, point, &value), QN_OK);
+    assert_int_equal(whole->ops->gradients(whole, 1, point, gradient, &owner), QN_OK);
+    assert_int_equal(qni_solid_first_order(local, p, &both, slope, &other), QN_OK);
+    assert_int_equal(value < 0, both < 0);
+    assert_true(fabs(value - both) <= 1e-12);
+    for (int k = 0; k < 3 && fabs(value) > 1e-6; ++k)
+        assert_true(fabs(gradient[0][k] - slope[k]) <= 1e-8);
+    assert_int_equal(owner, other);
+    if (!local->ops->distance(local, p, most, &distance))
+        return 0; /* caps matter here */
+    if (fabs(value) <= most)
+        assert_true(fabs(distance - fabs(value)) <= 1e-12);
+    else
+        assert_true(distance > most - 1e-12);
+    return 1;
+}
+
+static void local_solids_say_what_the_whole_one_says(void **state) {
+    (void)state;
+    test_random random = {test_seed()};
+    qn_context *context = test_context(1);
+    int64_t known = 0;
+    for (int round = 0; round < 60; ++round) {
+        qn_solid *whole = random_model(context, &random), *local;
+        qni_box box;
+        const double size = test_random_bits(&random) % 2 ? 0.5 : 2;
+        for (int k = 0; k < 3; ++k) {
+            box.low[k] = -1.5 + 2 * test_random_unit(&random);
+            box.high[k] = box.low[k] + size;
+        }
+        assert_int_equal(whole->ops->restrict_to(whole, &box, &local), QN_OK);
+        for (int n = 0; n < 200; ++n) {
+            double p[3];
+            for (int k = 0; k < 3; ++k) /* some beyond the box, some on planes of the model */
+                p[k] = test_random_bits(&random) % 4 == 0
+                           ? 0.25 * (double)test_random_range(&random, -6, 6)
+                           : box.low[k] + (1.2 * test_random_unit(&random) - 0.1) * size;
+            known += ask_one(whole, local, p, test_random_bits(&random) % 2 ? 1e-9 : 0.3 * size);
+        }
+        qn_solid_destroy(local);
+        qn_solid_destroy(whole);
+    }
+    assert_true(known > 5000);
+    test_context_end(context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_scan_says_what_single_questions_say),
+        cmocka_unit_test(local_solids_say_what_the_whole_one_says),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
