@@ -105,19 +105,18 @@ static void follow_all_kept(const packing *p, int32_t part) {
             p->renumber[v] = p->renumber[p->renumber[v]];
 }
 
-static void pack_quads(const packing *p, int32_t part) {
+static inline void pack_sides(const packing *p, int32_t part, bool linked) {
     uint32_t *quads = p->mesh->quads, *twins = p->mesh->twins;
     const uint32_t *renumber = p->renumber;
     const uint8_t *marks = p->quad_marks;
     const int64_t end = p->part[part + 1][1][0];
     int64_t to = p->part[part][1][0];
     for (int64_t q = to; q < end; ++q) {
-        const uint32_t *v = quads + 4 * q;
+        const uint32_t *v = quads + 4 * q, *h = linked ? twins + 4 * q : NULL;
         __builtin_prefetch(v + PAGE);
         const uint32_t moved[4] = {renumber[v[0]], renumber[v[1]], renumber[v[2]], renumber[v[3]]};
         memcpy(quads + 4 * to, moved, sizeof moved);
-        if (twins) {
-            const uint32_t *h = twins + 4 * q;
+        if (linked) {
             __builtin_prefetch(h + PAGE);
             const uint32_t twin[4] = {side_anew(p, h[0]), side_anew(p, h[1]), side_anew(p, h[2]),
                                       side_anew(p, h[3])};
@@ -125,6 +124,13 @@ static void pack_quads(const packing *p, int32_t part) {
         }
         to += marks[q] != GONE;
     }
+}
+
+static void pack_quads(const packing *p, int32_t part) {
+    if (p->mesh->twins)
+        pack_sides(p, part, true);
+    else
+        pack_sides(p, part, false);
 }
 
 static void move_items(void *items, const int64_t part[2], int64_t count, size_t size) {
