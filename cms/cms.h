@@ -201,6 +201,7 @@ typedef struct qni_patch {
     int64_t traced_loops;
     int32_t cuts_left;  /* to be tried */
     int32_t most_depth; /* of parts that are cut again */
+    bool of_owners;     /* what is cut belongs to several parts of the solid */
     double cut_within;  /* what is cut must lie this near to the surface */
     bool flat_only;     /* sheets that curve are not followed */
     uint8_t youngest;   /* the last pass in which one of its segments was solved */

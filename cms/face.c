@@ -158,22 +158,16 @@ static void add_sharp(const qni_face_job *job, qni_face_solution *solution, qni_
     }
 }
 
-/* How high a step between two of like normals must be to be looked into. Between two parts of the
- * solid a low one tells of what lies between them. */
-static double least_step(const qni_face_point *enter, const qni_face_point *leave) {
-    static const double high = 0.5, low = 0.02; /* 30 degrees, 1 degree */
-    return enter->crossing->owner == leave->crossing->owner ? high : low;
-}
-
 /* The trace of a pair, if it needs one; false when that is not found. */
 static bool trace_pair(const qni_face_job *job, const qni_face_point *enter,
                        const qni_face_point *leave, qni_trace *trace) {
+    static const double high_step = 0.5; /* 30 degrees */
     trace->count = 0;
     if (!job->settings->features || (job->closely && qni_trace_step(job, enter, leave, trace)))
         return true;
     if (qni_pair_is_sharp(job, enter, leave))
         return qni_face_trace(job, enter, leave, trace);
-    if (job->closely || qni_pair_step(job, enter, leave) <= least_step(enter, leave) ||
+    if (job->closely || qni_pair_step(job, enter, leave) <= high_step ||
         !qni_trace_by_parts(job, enter, leave, STEP_CUTS, trace))
         trace->count = 0;
     return true;

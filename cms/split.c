@@ -124,7 +124,7 @@ static bool is_near_middle(const qni_patch *patch, const float *const *places, i
 }
 
 /* Do the part's triangles, and its creases, lie on the surface? A crease that is none can have both
- * its ends on true ones, and its middle in the midst of a sheet. */
+ * its ends on true ones, and, between parts of the solid, its middle in the midst of a sheet. */
 static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
     const float *places[3];
     for (int32_t t = 0; t < loop->triangle_count; ++t) {
@@ -140,7 +140,7 @@ static bool lies_on_surface(const qni_patch *patch, const qni_loop *loop) {
             !is_near_middle(patch, places, 2, patch->cut_within))
             return false;
     }
-    return qni_loop_folds_hold(patch, loop);
+    return !patch->of_owners || qni_loop_folds_hold(patch, loop);
 }
 
 /* Triangles of a part; false when it does not come out well. */
@@ -411,10 +411,10 @@ bool qni_patch_split(qni_patch *patch) {
     const int count = sizeof passes / sizeof *passes;
     const int first = may_be_flat(patch, &patch->loops[0]) ? 0 : 1,
               end = patch->united && patch->size_cells > 2 ? 1 : count;
-    const bool owners = has_owners(patch, &patch->loops[0]);
+    patch->of_owners = has_owners(patch, &patch->loops[0]);
     patch->split = false;
     for (int n = first; n < end && !patch->split; ++n) {
-        if (passes[n].of_owners && !owners)
+        if (passes[n].of_owners && !patch->of_owners)
             continue;
         patch->flat_only = passes[n].flat;
         patch->cut_within = passes[n].within * cell;
