@@ -158,10 +158,11 @@ static void add_sharp(const qni_face_job *job, qni_face_solution *solution, qni_
     }
 }
 
+static const double high_step = 0.5; /* 30 degrees */
+
 /* The trace of a pair, if it needs one; false when that is not found. */
 static bool trace_pair(const qni_face_job *job, const qni_face_point *enter,
                        const qni_face_point *leave, qni_trace *trace) {
-    static const double high_step = 0.5; /* 30 degrees */
     trace->count = 0;
     if (!job->settings->features || (job->closely && qni_trace_step(job, enter, leave, trace)))
         return true;
@@ -253,8 +254,7 @@ static bool solve_plain(const qni_face_job *job, qni_face_solution *solution) {
                          *leave = &job->points[job->points[0].enters ? 1 : 0];
     if (job->count != 2 || job->closely || enter->side == leave->side ||
         qni_pair_is_sharp(job, enter, leave) ||
-        (job->settings->features &&
-         !(qni_pair_step(job, enter, leave) <= least_step(enter, leave))))
+        (job->settings->features && !(qni_pair_step(job, enter, leave) <= high_step)))
         return false;
     const qni_segment chord = {.from = enter->number, .to = leave->number};
     solution->segments[solution->count++] = chord;
