@@ -392,13 +392,15 @@ bool qni_cell_is_explained(void *user, const qni_cell *cell);
  * triangle of the patch that faces its way; in a cell, also whether the creases between its
  * triangles lie where the solid's are (folds.c). */
 bool qni_cell_is_explained_by(const qni_patch *patch);
-/* Do two creases come into the cell side by side, as the walls of a step, and no way on? */
+/* How sure it is that creases end in a cell where the solid's do not (closer.c): a crease ends, or
+ * its corner lies beyond a wall; a step does, seen low or obliquely; a step does. */
 typedef enum qni_doubt {
     QNI_NO_DOUBT,
     QNI_FAINT_DOUBT,
     QNI_SLIGHT_DOUBT,
     QNI_CLEAR_DOUBT
 } qni_doubt;
+/* Do two creases come into the cell side by side, as the walls of a step, and no way on? */
 qni_doubt qni_step_turns_back(const qni_patch *patch, const qni_loop *loop);
 /* `least`: nearer to a crease than that, in world units, the solid is not asked; short creases
  * are only looked at as far as that allows. */
@@ -409,6 +411,9 @@ bool qni_folds_hold(const qni_patch *patch, const double (*normals)[3], double l
 bool qni_is_true_fold(const qni_patch *patch, const int32_t a[4], const int32_t b[4]);
 /* The same of one loop's triangles. */
 bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop);
+/* The nearest of a loop's vertices that knows a plane, from one on, forwards or (step -1) back. */
+const qni_loop_vertex *qni_plane_beside(const qni_loop_vertex *v, int32_t count, int32_t from,
+                                        int32_t step);
 /* Of unit length; 0 when it has none. */
 void qni_patch_unit_normal(const qni_patch *patch, const int32_t triangle[3], double normal[3]);
 bool qni_box_is_explained(const qni_patch *patch, const qni_cell_box *box);

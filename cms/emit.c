@@ -102,17 +102,6 @@ static bool emit_crease(qni_stages *stages, qni_chunk *chunk, uint32_t a, uint32
     return true;
 }
 
-/* The nearest vertex of the loop, from one on, that knows a plane. */
-static const qni_loop_vertex *plane_beside(const qni_loop_vertex *v, int32_t count, int32_t from,
-                                           int32_t step) {
-    for (int32_t n = 1; n < count; ++n) {
-        const qni_loop_vertex *vertex = &v[(from + n * step + n * count) % count];
-        if (vertex->has_plane)
-            return vertex;
-    }
-    return NULL;
-}
-
 /* Do two triangles turn by more than the crease angle? */
 static bool are_folded(const qni_patch *patch, const int32_t a[4], const int32_t b[4]) {
     double m[3], n[3];
@@ -126,8 +115,8 @@ static bool are_folded(const qni_patch *patch, const int32_t a[4], const int32_t
  * apex that had to be put where no corner is, only if the solid's crease is there, too. */
 static bool is_tagged(const qni_patch *patch, const qni_loop *loop, int32_t n) {
     const qni_loop_vertex *v = patch->vertices + loop->first,
-                          *before = plane_beside(v, loop->count, n, -1),
-                          *after = v[n].has_plane ? &v[n] : plane_beside(v, loop->count, n, 1);
+                          *before = qni_plane_beside(v, loop->count, n, -1),
+                          *after = v[n].has_plane ? &v[n] : qni_plane_beside(v, loop->count, n, 1);
     const int32_t(*fan)[4] = (const int32_t(*)[4])patch->triangles + loop->triangle_first,
           *last = fan[(n + loop->count - 1) % loop->count], *next = fan[n];
     const bool is_fan = loop->triangle_count == loop->count;

@@ -179,9 +179,8 @@ bool qni_loop_folds_hold(const qni_patch *patch, const qni_loop *loop) {
     return true;
 }
 
-/* The nearest vertex of the loop, from one on, that knows a plane. */
-static const qni_loop_vertex *plane_beside(const qni_loop_vertex *v, int32_t count, int32_t from,
-                                           int32_t step) {
+const qni_loop_vertex *qni_plane_beside(const qni_loop_vertex *v, int32_t count, int32_t from,
+                                        int32_t step) {
     for (int32_t n = 1; n < count; ++n) {
         const qni_loop_vertex *vertex = &v[(from + n * step + n * count) % count];
         if (vertex->has_plane)
@@ -197,9 +196,10 @@ static qni_doubt is_wall(const qni_patch *patch, const qni_loop_vertex *v, int32
                          int32_t from, int32_t to) {
     static const double clear_slope = 0.25, least_slope = 0.1;
     const double cosine = patch->settings->crease_cosine;
-    const qni_loop_vertex *before = plane_beside(v, count, from, -1),
-                          *wall = v[from].has_plane ? &v[from] : plane_beside(v, count, from, 1),
-                          *after = plane_beside(v, count, to, 1);
+    const qni_loop_vertex *before = qni_plane_beside(v, count, from, -1),
+                          *wall =
+                              v[from].has_plane ? &v[from] : qni_plane_beside(v, count, from, 1),
+                          *after = qni_plane_beside(v, count, to, 1);
     double way[3];
     for (int k = 0; k < 3; ++k)
         way[k] = (double)v[to].place[k] - (double)v[from].place[k];

@@ -9,13 +9,8 @@
 
 enum { MOST_FACETS = 16 };
 
-/* A tangent of the surface. */
-typedef struct tangent {
-    double at[3], normal[3];
-} tangent;
-
 typedef struct facets {
-    tangent items[MOST_FACETS];
+    qni_tangent items[MOST_FACETS];
     int32_t count;
 } facets;
 
@@ -36,29 +31,30 @@ static bool list_known(const qni_patch *patch, const qni_loop *loop, facets *lis
             continue;
         if (list->count == MOST_FACETS)
             return false;
-        tangent *facet = &list->items[list->count++];
+        qni_tangent *facet = &list->items[list->count++];
         memcpy(facet->at, vertex->at, sizeof facet->at);
         memcpy(facet->normal, vertex->normal, sizeof facet->normal);
+        facet->owner = vertex->owner;
     }
     return true;
 }
 
 /* The facet that a point lies next to. */
 static bool add_near(const qni_patch *patch, const double point[3], facets *list) {
-    const qn_solid *solid = patch->solid;
     double value, gradient[3];
+    int32_t owner;
     if (list->count == MOST_FACETS ||
-        solid->ops->values(solid, 1, (const double(*)[3])point, &value) != QN_OK ||
-        solid->ops->gradients(solid, 1, (const double(*)[3])point, &gradient, NULL) != QN_OK)
+        qni_solid_first_order(patch->solid, point, &value, gradient, &owner) != QN_OK)
         return false;
     const double square = qni_dot3(gradient, gradient);
     if (!(square > 0) || !isfinite(square))
         return false;
-    tangent *facet = &list->items[list->count++];
+    qni_tangent *facet = &list->items[list->count++];
     for (int k = 0; k < 3; ++k) {
         facet->at[k] = point[k] - value * gradient[k] / square;
         facet->normal[k] = gradient[k] / sqrt(square);
     }
+    facet->owner = owner;
     return true;
 }
 
@@ -89,9 +85,9 @@ static bool list_beside(const qni_patch *patch, const qni_loop *loop, facets *li
 
 /* The facet whose normal is the farthest from what is spanned so far: the largest product with a
  * direction, or the least with a normal. */
-static const tangent *choose(const facets *list, const double direction[3], bool least,
-                             double *best) {
-    const tangent *chosen = NULL;
+static const qni_tangent *choose(const facets *list, const double direction[3], bool least,
+                                 double *best) {
+    const qni_tangent *chosen = NULL;
     for (int32_t n = 0; n < list->count; ++n) {
         const double product = qni_dot3(direction, list->items[n].normal),
                      size = least ? 1 - product : fabs(product);
@@ -104,8 +100,8 @@ static const tangent *choose(const facets *list, const double direction[3], bool
 }
 
 /* Where three planes meet. */
-static bool meet_three(const tangent *const planes[3], const double turned[3], double determinant,
-                       double point[3]) {
+static bool meet_three(const qni_tangent *const planes[3], const double turned[3],
+                       double determinant, double point[3]) {
     double part[3][3], height[3];
     memcpy(part[2], turned, sizeof part[2]);
     qni_cross3(planes[1]->normal, planes[2]->normal, part[0]);
@@ -125,7 +121,7 @@ static bool meet_three(const tangent *const planes[3], const double turned[3], d
 /* The point of three facets that differ the most; false when they do not span space. */
 static bool meet_most(const facets *list, double point[3]) {
     static const double least_turn = 1e-4, least_volume = 1e-3;
-    const tangent *planes[3] = {list->items, NULL, NULL};
+    const qni_tangent *planes[3] = {list->items, NULL, NULL};
     double best = least_turn, turned[3];
     if (list->count < 3)
         return false;
@@ -141,7 +137,7 @@ static bool meet_most(const facets *list, double point[3]) {
 /* Do the facets' planes all pass through a point? */
 static bool all_pass(const facets *list, const double point[3], double tolerance) {
     for (int32_t n = 0; n < list->count; ++n) {
-        const tangent *facet = &list->items[n];
+        const qni_tangent *facet = &list->items[n];
         double height = 0;
         for (int k = 0; k < 3; ++k)
             height += facet->normal[k] * (point[k] - facet->at[k]);
@@ -193,7 +189,8 @@ qni_kink qni_patch_find_kink(const qni_patch *patch, const qni_loop *loop, bool 
 }
 
 /* The surface halfway between two tangents, straight across the chord. */
-static bool find_between(const qn_solid *solid, const tangent *a, const tangent *b, tangent *out) {
+static bool find_between(const qn_solid *solid, const qni_tangent *a, const qni_tangent *b,
+                         qni_tangent *out) {
     double chord[3], across[3], ends[2][3], best = HUGE_VAL;
     qni_crossing found[8];
     int32_t count = 0;
@@ -224,7 +221,7 @@ static bool find_between(const qn_solid *solid, const tangent *a, const tangent 
 }
 
 /* Where two tangent planes meet, next to the middle between their points. */
-static bool meet_two(const tangent *a, const tangent *b, double point[3]) {
+static bool meet_two(const qni_tangent *a, const qni_tangent *b, double point[3]) {
     double along[3], planes[3][3], height[3], part[3][3];
     qni_cross3(a->normal, b->normal, along);
     const double determinant = qni_dot3(along, along);
@@ -247,12 +244,12 @@ static bool meet_two(const tangent *a, const tangent *b, double point[3]) {
 
 /* The way from one sheet to the other is halved, and the half kept that turns more, until what is
  * left is two flat pieces. */
-static bool halve(const qni_patch *patch, tangent a, tangent b, double point[3]) {
+static bool halve(const qni_patch *patch, qni_tangent a, qni_tangent b, double point[3]) {
     enum { HALVINGS = 24 };
     const double cell = patch->hermite->lattice.cell;
     for (int step = 0; step < HALVINGS; ++step) {
         const double from[2][3] = {{a.at[0], a.at[1], a.at[2]}, {b.at[0], b.at[1], b.at[2]}};
-        tangent between = {{0, 0, 0}, {0, 0, 0}};
+        qni_tangent between = {{0, 0, 0}, {0, 0, 0}, -1};
         if (qni_dot3(a.normal, b.normal) >= patch->settings->crease_cosine)
             return false;
         if (meet_two(&a, &b, point) &&
@@ -270,10 +267,11 @@ static bool halve(const qni_patch *patch, tangent a, tangent b, double point[3])
 
 bool qni_patch_halve_to_crease(const qni_patch *patch, const double at[2][3],
                                const double normal[2][3], double point[3]) {
-    tangent ends[2];
+    qni_tangent ends[2];
     for (int n = 0; n < 2; ++n) {
         memcpy(ends[n].at, at[n], sizeof ends[n].at);
         memcpy(ends[n].normal, normal[n], sizeof ends[n].normal);
+        ends[n].owner = -1; /* all are the solid's here */
     }
     return halve(patch, ends[0], ends[1], point) && qni_patch_holds(patch, point);
 }
