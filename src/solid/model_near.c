@@ -10,25 +10,10 @@
 /* ---- eight boxes at a time ----------------------------------------------------------------------
  */
 
-/* A box by floats that holds it, and little more. */
-typedef struct float_box {
-    float low[3], high[3];
-} float_box;
-
-static float_box rounded_outwards(const qni_box *box) {
-    float_box out;
-    for (int k = 0; k < 3; ++k) {
-        const float low = (float)box->low[k], high = (float)box->high[k];
-        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
-        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
-    }
-    return out;
-}
-
 #ifdef __SSE2__
 
 /* Which of the eight meet a box: a bit each. */
-static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
+static unsigned meeting(const qni_near_eight *eight, const qni_float_box *box) {
     unsigned bits = 0;
     for (int half = 0; half < QNI_EIGHT; half += 4) {
         __m128 meets = _mm_cmple_ps(_mm_loadu_ps(eight->low[0] + half), _mm_set1_ps(box->high[0]));
@@ -83,7 +68,7 @@ static void measure(const qni_near_eight *eight, const float p[3], float slack,
 
 #else
 
-static unsigned meeting(const qni_near_eight *eight, const float_box *box) {
+static unsigned meeting(const qni_near_eight *eight, const qni_float_box *box) {
     unsigned bits = 0;
     for (int n = 0; n < QNI_EIGHT; ++n) {
         bool meets = true;
@@ -130,7 +115,7 @@ static int32_t eights_of(int32_t count) {
 /* `ends` of a segment from the list's middle; without, only boxes are compared. */
 static int32_t choose(const qni_near_list *near, const qni_box *box, const float (*ends)[3],
                       int32_t *chosen) {
-    const float_box around = rounded_outwards(box);
+    const qni_float_box around = qni_rounded_outwards(box);
     const int32_t eights = eights_of(near->count);
     int32_t count = 0;
     for (int32_t group = 0; group < eights_of(eights); ++group)
@@ -258,9 +243,9 @@ bool qni_near_from_trees(qn_context *context, const qni_panel_tree *surface,
                          bool *few) {
     int32_t numbers[QNI_MOST_NEAR], of_surface, of_caps = 0;
     memset(near, 0, sizeof *near);
-    *few = qni_panel_tree_list(surface, box, QNI_MOST_NEAR, numbers, &of_surface) &&
-           qni_panel_tree_list(caps, box, QNI_MOST_NEAR - of_surface, numbers + of_surface,
-                               &of_caps);
+    *few =
+        qni_panel_tree_list(surface, box, QNI_MOST_NEAR, numbers, &of_surface) &&
+        qni_panel_tree_list(caps, box, QNI_MOST_NEAR - of_surface, numbers + of_surface, &of_caps);
     if (!*few)
         return true;
     if (!start(context, near, of_surface + of_caps))

@@ -33,6 +33,22 @@ typedef struct qni_panel_tree {
     qni_moment *moments; /* [node_count], or NULL */
 } qni_panel_tree;
 
+/* A box by floats that holds it, and little more. */
+typedef struct qni_float_box {
+    float low[4], high[4]; /* the last of each is not used */
+} qni_float_box;
+
+static inline qni_float_box qni_rounded_outwards(const qni_box *box) {
+    qni_float_box out;
+    for (int k = 0; k < 3; ++k) {
+        const float low = (float)box->low[k], high = (float)box->high[k];
+        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
+        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
+    }
+    out.low[3] = out.high[3] = 0;
+    return out;
+}
+
 /* Coordinates the predicates can take: tiny ones become 0, huge ones 1e40. */
 static inline double qni_tame(double x) {
     return fabs(x) < 1e-60 ? 0 : x > 1e40 ? 1e40 : x < -1e40 ? -1e40 : x;

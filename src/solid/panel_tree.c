@@ -114,25 +114,9 @@ bool qni_panel_tree_build(qn_context *context, qni_panel_tree *tree, bool with_m
     return tree->moments != NULL;
 }
 
-/* A box by floats that holds it, and little more. */
-typedef struct float_box {
-    float low[4], high[4]; /* the last of each is not used */
-} float_box;
-
-static float_box rounded_outwards(const qni_box *box) {
-    float_box out;
-    for (int k = 0; k < 3; ++k) {
-        const float low = (float)box->low[k], high = (float)box->high[k];
-        out.low[k] = low - (fabsf(low) * 0x1p-23f + 0x1p-149f);
-        out.high[k] = high + (fabsf(high) * 0x1p-23f + 0x1p-149f);
-    }
-    out.low[3] = out.high[3] = 0;
-    return out;
-}
-
 #ifdef __SSE2__
 
-static bool meets(const qni_panel_node *node, const float_box *box) {
+static bool meets(const qni_panel_node *node, const qni_float_box *box) {
     const float *bounds = (const float *)(const void *)node; /* one more is loaded than compared */
     const __m128 low = _mm_cmple_ps(_mm_loadu_ps(bounds), _mm_loadu_ps(box->high)),
                  high = _mm_cmpge_ps(_mm_loadu_ps(bounds + 3), _mm_loadu_ps(box->low));
@@ -141,7 +125,7 @@ static bool meets(const qni_panel_node *node, const float_box *box) {
 
 #else
 
-static bool meets(const qni_panel_node *node, const float_box *box) {
+static bool meets(const qni_panel_node *node, const qni_float_box *box) {
     for (int k = 0; k < 3; ++k)
         if (node->low[k] > box->high[k] || node->high[k] < box->low[k])
             return false;
@@ -156,29 +140,6 @@ static bool panel_meets(const qni_panel *panel, const qni_box *box) {
         if ((double)qni_least_of(x, y, z) > box->high[k] ||
             (double)qni_most_of(x, y, z) < box->low[k])
             return false;
-    }
-    return true;
-}
-
-bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
-                          void *user) {
-    const float_box around = rounded_outwards(box);
-    int32_t stack[MOST_LEVELS], height = 0;
-    if (tree->count)
-        stack[height++] = 0;
-    while (height) {
-        int32_t index = stack[--height];
-        const qni_panel_node *node = &tree->nodes[index];
-        if (!meets(node, &around))
-            continue;
-        if (node->second) {
-            stack[height++] = node->second;
-            stack[height++] = index + 1;
-            continue;
-        }
-        for (int32_t n = node->first; n < node->first + node->count; ++n)
-            if (panel_meets(&tree->panels[n], box) && !visit(user, n))
-                return false;
     }
     return true;
 }
@@ -206,16 +167,41 @@ static bool passes_by(const segment_job *segment, const qni_panel_node *node) {
     return false;
 }
 
-bool qni_panel_tree_visit_segment(const qni_panel_tree *tree, const double a[3], const double b[3],
-                                  qni_panel_visit *visit, void *user) {
-    const qni_box box = qni_segment_box(a, b);
-    const float_box around = rounded_outwards(&box);
-    segment_job segment = {.slack = 0};
-    double size = 0, length = 0;
+/* Of what meets the box; with a segment, of what that does not pass by. */
+static bool walk(const qni_panel_tree *tree, const qni_box *box, const segment_job *segment,
+                 qni_panel_visit *visit, void *user) {
+    const qni_float_box around = qni_rounded_outwards(box);
     int32_t stack[MOST_LEVELS], height = 0;
     if (tree->count)
         stack[height++] = 0;
-    for (int k = 0; k < 3 && height; ++k) {
+    while (height) {
+        const int32_t index = stack[--height];
+        const qni_panel_node *node = &tree->nodes[index];
+        if (!meets(node, &around) || (segment && passes_by(segment, node)))
+            continue;
+        if (node->second) {
+            stack[height++] = node->second;
+            stack[height++] = index + 1;
+            continue;
+        }
+        for (int32_t n = node->first; n < node->first + node->count; ++n)
+            if (panel_meets(&tree->panels[n], box) && !visit(user, n))
+                return false;
+    }
+    return true;
+}
+
+bool qni_panel_tree_visit(const qni_panel_tree *tree, const qni_box *box, qni_panel_visit *visit,
+                          void *user) {
+    return walk(tree, box, NULL, visit, user);
+}
+
+bool qni_panel_tree_visit_segment(const qni_panel_tree *tree, const double a[3], const double b[3],
+                                  qni_panel_visit *visit, void *user) {
+    const qni_box box = qni_segment_box(a, b);
+    segment_job segment = {.slack = 0};
+    double size = 0, length = 0;
+    for (int k = 0; k < 3 && tree->count; ++k) {
         segment.middle[k] = 0.5 * (a[k] + b[k]);
         segment.half[k] = 0.5 * (b[k] - a[k]);
         length = qni_greater(length, fabs(segment.half[k]));
@@ -224,21 +210,7 @@ bool qni_panel_tree_visit_segment(const qni_panel_tree *tree, const double a[3],
         size = qni_greater(size, qni_greater(fabs(a[k]), fabs(b[k])));
     }
     segment.slack = 64 * QNI_EPSILON * length * size;
-    while (height) {
-        const int32_t index = stack[--height];
-        const qni_panel_node *node = &tree->nodes[index];
-        if (!meets(node, &around) || passes_by(&segment, node))
-            continue;
-        if (node->second) {
-            stack[height++] = node->second;
-            stack[height++] = index + 1;
-            continue;
-        }
-        for (int32_t n = node->first; n < node->first + node->count; ++n)
-            if (panel_meets(&tree->panels[n], &box) && !visit(user, n))
-                return false;
-    }
-    return true;
+    return walk(tree, &box, &segment, visit, user);
 }
 
 static bool lies_within(const qni_panel_node *node, const qni_box *box) {
@@ -261,7 +233,7 @@ static bool misses(const qni_panel *panel, const qni_box *box) {
 
 bool qni_panel_tree_list(const qni_panel_tree *tree, const qni_box *box, int32_t most,
                          int32_t *numbers, int32_t *count) {
-    const float_box around = rounded_outwards(box);
+    const qni_float_box around = qni_rounded_outwards(box);
     int32_t stack[MOST_LEVELS], height = 0;
     *count = 0;
     if (tree->count)
