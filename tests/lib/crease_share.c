@@ -63,7 +63,7 @@ static double segment_distance(const double p[3], const float *from, const float
     return sqrt(dot(off, off));
 }
 
-static double distance_to_tagged(const qn_mesh_view *view, const double p[3]) {
+double test_distance_to_tagged(const qn_mesh_view *view, const double p[3]) {
     double least = HUGE_VAL;
     for (int64_t e = 0; e < view->crease_edge_count; ++e) {
         const uint32_t *ends = view->crease_edges + 2 * e;
@@ -86,7 +86,7 @@ static void measure_edge(const float *from, const float *to, const qn_mesh_view 
         double p[3];
         for (int k = 0; k < 3; ++k)
             p[k] = a[k] + (n + 0.5) / steps * (b[k] - a[k]);
-        const double off = distance_to_tagged(view, p) / cell;
+        const double off = test_distance_to_tagged(view, p) / cell;
         ++share->points;
         share->missing += off > 0.1;
         if (off > share->farthest) {

@@ -13,6 +13,8 @@ typedef struct test_crease_share {
     double where[3];         /* the farthest one */
 } test_crease_share;
 
+/* How far a point is from the nearest tagged edge of a mesh; infinite without any. */
+double test_distance_to_tagged(const qn_mesh_view *view, const double p[3]);
 /* Creases are edges of two triangles that turn by more than the angle; their points are those of
  * the model's floats. */
 test_crease_share test_measure_creases(const test_model *model, double degrees, const qn_mesh *mesh,

@@ -143,3 +143,18 @@ void test_random_matrix(test_random *random, double spread, double matrix[3][4])
         matrix[i][3] = (2 * test_random_unit(random) - 1) * spread;
     }
 }
+
+qn_solid *test_model_solid(qn_context *context, test_model *model, int32_t owner) {
+    qn_mesh *mesh = test_model_mesh(context, model);
+    test_model_free(model);
+    qn_solid_mesh_options options;
+    qn_solid_mesh_options_init(&options);
+    options.owner = owner;
+    options.one_owner = true;
+    qn_solid *solid;
+    qn_solid_mesh_report report;
+    assert_int_equal(qn_solid_from_mesh(context, mesh, &options, &solid, &report, NULL), QN_OK);
+    assert_true(report.closed);
+    qn_mesh_destroy(mesh);
+    return solid;
+}

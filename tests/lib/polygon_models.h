@@ -22,6 +22,8 @@ void test_model_ball(test_model *model, const double centre[3], double radius, i
 void test_model_turn_round(test_model *model, int64_t first_triangle);
 void test_model_free(test_model *model);
 qn_mesh *test_model_mesh(qn_context *context, const test_model *model);
+/* A solid of a model that must be closed, all of it one owner's; frees the model. */
+qn_solid *test_model_solid(qn_context *context, test_model *model, int32_t owner);
 /* A random rotation and a shift of up to `spread` along each axis. */
 void test_random_matrix(test_random *random, double spread, double matrix[3][4]);
 

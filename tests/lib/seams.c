@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "lib/seams.h"
+#include "lib/crease_share.h"
 #include "solid/solid.h"
 
 #include <math.h>
@@ -137,24 +138,6 @@ static bool is_tagged(const qn_mesh_view *view, const side *edge) {
     return false;
 }
 
-static double distance_to_tagged(const qn_mesh_view *view, const double p[3]) {
-    double least = HUGE_VAL;
-    for (int64_t n = 0; n < view->crease_edge_count; ++n) {
-        double a[3], b[3], way[3], off[3];
-        place_of(view, view->crease_edges[2 * n], a);
-        place_of(view, view->crease_edges[2 * n + 1], b);
-        for (int k = 0; k < 3; ++k) {
-            way[k] = b[k] - a[k];
-            off[k] = p[k] - a[k];
-        }
-        const double length2 = dot(way, way), t = length2 > 0 ? dot(off, way) / length2 : 0;
-        for (int k = 0; k < 3; ++k)
-            off[k] -= fmin(fmax(t, 0), 1) * way[k];
-        least = fmin(least, sqrt(dot(off, off)));
-    }
-    return least;
-}
-
 /* ---- both
  * ----------------------------------------------------------------------------------------
  */
@@ -170,7 +153,7 @@ typedef struct work {
 /* Where both sheets are off by a twentieth of a cell, as the tolerance allows, their edge is off by
  * more, the sharper it is. */
 static void note_point(work *w, const double p[3], double turn) {
-    const double off = distance_to_tagged(w->view, p) / w->cell,
+    const double off = test_distance_to_tagged(w->view, p) / w->cell,
                  most = fmax(0.1, 0.05 / cos(0.5 * turn * degree));
     ++w->sum->points;
     w->sum->missing += off > most;

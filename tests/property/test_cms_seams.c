@@ -37,16 +37,7 @@ static qn_solid *make_polygons(tree *t, bool ball) {
                         (int)test_random_range(t->random, 3, 4));
     else
         test_model_box(&model, low, high, matrix);
-    qn_mesh *mesh = test_model_mesh(t->context, &model);
-    test_model_free(&model);
-    qn_solid_mesh_options options;
-    qn_solid_mesh_options_init(&options);
-    options.owner = 1;
-    options.one_owner = true;
-    qn_solid *solid;
-    assert_int_equal(qn_solid_from_mesh(t->context, mesh, &options, &solid, NULL, NULL), QN_OK);
-    qn_mesh_destroy(mesh);
-    return solid;
+    return test_model_solid(t->context, &model, 1);
 }
 
 /* A block, a column, or a block with a round hole in it, turned. */

@@ -24,18 +24,7 @@ static qn_solid *make_animal(qn_context *context) {
                      high[3] = {legs[n][0] + 0.17, legs[n][1] + 0.17, -0.31};
         test_model_box(&model, low, high, NULL);
     }
-    qn_mesh *mesh = test_model_mesh(context, &model);
-    test_model_free(&model);
-    qn_solid_mesh_options options;
-    qn_solid_mesh_options_init(&options);
-    options.owner = 1;
-    options.one_owner = true;
-    qn_solid *solid;
-    qn_solid_mesh_report report;
-    assert_int_equal(qn_solid_from_mesh(context, mesh, &options, &solid, &report, NULL), QN_OK);
-    assert_true(report.closed);
-    qn_mesh_destroy(mesh);
-    return solid;
+    return test_model_solid(context, &model, 1);
 }
 
 /* A saddle block with a round hole along y. */
