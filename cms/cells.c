@@ -181,7 +181,7 @@ static qni_doubt doubt_of(const qni_patch *patch) {
         const qni_doubt turns = qni_step_turns_back(patch, loop);
         doubt = turns > doubt ? turns : doubt;
         escaped = escaped || loop->escaped;
-        ends = ends || (loop->escaped && (loop->sharp_count == 1 || loop->knows_corner));
+        ends = ends || (loop->escaped && (loop->sharp_count == 1 || loop->of_facets));
     }
     if (doubt == QNI_NO_DOUBT)
         return ends ? QNI_FAINT_DOUBT : QNI_NO_DOUBT;

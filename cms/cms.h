@@ -134,6 +134,7 @@ typedef struct qni_loop {
     bool beyond;    /* its apex is in the empty cell across a wall */
     bool unsettled; /* its apex is the mean of the loop */
     bool knows_corner;
+    bool of_facets;  /* all its tangent planes meet in that corner */
     float corner[3]; /* of a corner that is not in the cell: where it is, if that is known */
 } qni_loop;
 

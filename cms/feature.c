@@ -197,6 +197,7 @@ static void set_escaped(const qni_patch *patch, qni_loop *loop, const double mea
     double apex[3] = {mean[0], mean[1], mean[2]};
     loop->escaped = true;
     loop->knows_corner = corner != NULL;
+    loop->of_facets = corner && largest_height(patch, loop, corner) < 1e-5 * patch->size;
     for (int k = 0; k < 3 && corner; ++k)
         loop->corner[k] = (float)corner[k];
     if (corner)
@@ -365,7 +366,7 @@ static void place_featureless(qni_patch *patch, qni_loop *loop) {
 }
 
 void qni_patch_place_apex(qni_patch *patch, qni_loop *loop) {
-    loop->escaped = loop->beyond = loop->knows_corner = loop->unsettled = false;
+    loop->escaped = loop->beyond = loop->knows_corner = loop->of_facets = loop->unsettled = false;
     loop->clusters = loop->sharp_count == 0 ? 1 : loop->sharp_count > 2 ? 3 : 2;
     if (loop->sharp_count == 0)
         place_featureless(patch, loop);

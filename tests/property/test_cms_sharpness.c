@@ -206,7 +206,7 @@ static void figures_8(void **state) {
 
 static void bitten_corners(void **state) {
     (void)state;
-    measure_all("bitten corner", make_bitten_corner, 0, 6, test_count(12, 200));
+    measure_all("bitten corner", make_bitten_corner, 0, 6, test_count(20, 200));
 }
 
 int main(void) {
