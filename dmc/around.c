@@ -92,15 +92,18 @@ static void add(const qni_around *around, uint32_t quad, finding *found) {
     found->quads[found->count++] = quad;
 }
 
-/* Among the quads of the vertex' cell, as the grid has them. */
+/* Among the quads of the vertex' cell, as the grid has them. Those that repair made anew have a
+ * colour of their own; a quad that took its ring's place has lost the vertices of its cells. */
 static void look_in_cell(const qni_around *around, uint32_t vertex, finding *found) {
     const qni_leaf_index *index = around->index;
     if (vertex >= index->vertex_start[index->leaves])
         return;
     uint32_t quads[QNI_EDGES];
-    const int count = qni_leaf_index_quads(index, vertex, quads);
+    bool alone;
+    const int count = qni_leaf_index_quads(index, vertex, quads, &alone);
     for (int n = 0; n < count; ++n)
-        if (qni_has_corner(around->mesh->quads + 4 * (size_t)quads[n], vertex))
+        if ((alone && around->colour[quads[n]] < QNI_COLOURS) ||
+            qni_has_corner(around->mesh->quads + 4 * (size_t)quads[n], vertex))
             add(around, quads[n], found);
 }
 

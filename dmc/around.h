@@ -28,8 +28,10 @@ qn_status qni_leaf_index_build(const struct qni_dmc *dmc, const qn_mesh *mesh,
 void qni_leaf_index_free(const struct qni_dmc *dmc, qni_leaf_index *index);
 /* Ask for what is needed to find a vertex' quads. */
 void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex);
-/* The quads of the lattice edges of the cell that a vertex was emitted in; how many. */
-int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES]);
+/* The quads of the lattice edges of the cell that a vertex was emitted in; how many. All of them
+ * were emitted with the vertex if it is `alone` in its cell. */
+int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES],
+                         bool *alone_out);
 
 /* The four quads that lie round this one, in no order, if it closes a bump round an end of its
  * lattice edge; and the one on the edge beyond that end, or QNI_UNPAIRED. A guess from the grid: if

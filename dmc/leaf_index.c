@@ -103,15 +103,27 @@ static uint64_t below(int bit) {
     return (UINT64_C(1) << bit) - 1;
 }
 
+/* The bit that so many come before. First its byte: that of sums of bits, each byte and all below
+ * it, which are at most as many. */
+static int select_bit(uint64_t bits, int before) {
+    const uint64_t ones = UINT64_C(0x0101010101010101), high = ones << 7;
+    uint64_t sums = bits - (bits >> 1 & UINT64_C(0x5555555555555555));
+    sums = (sums & UINT64_C(0x3333333333333333)) + (sums >> 2 & UINT64_C(0x3333333333333333));
+    sums = ((sums + (sums >> 4)) & UINT64_C(0x0f0f0f0f0f0f0f0f)) * ones;
+    const uint64_t passed = (((uint64_t)before * ones | high) - sums) & high;
+    const int shift = (int)((passed >> 7) * ones >> 56) * 8;
+    uint64_t rest = bits >> shift;
+    for (int n = (int)(sums << 8 >> shift & 0xff); n < before; ++n)
+        rest &= rest - 1;
+    return shift + __builtin_ctzll(rest);
+}
+
 /* The cell whose active cells before it are so many; x + 8 y + 64 z. */
 static int active_cell(const qni_dmc_leaf *leaf, int before) {
-    int z = QNI_LEAF - 1;
-    while (leaf->before_slice[z] > before)
-        --z;
-    uint64_t rest = leaf->active[z];
-    for (int n = leaf->before_slice[z]; n < before; ++n)
-        rest &= rest - 1;
-    return 64 * z + __builtin_ctzll(rest);
+    int z = 0;
+    for (int n = 1; n < QNI_LEAF; ++n)
+        z += leaf->before_slice[n] <= before;
+    return 64 * z + select_bit(leaf->active[z], before - leaf->before_slice[z]);
 }
 
 /* The first vertex of a multiple cell, counted from the leaf's own first. */
@@ -122,8 +134,9 @@ static int first_of_multi(const qni_dmc_leaf *leaf, const qni_multi_cell *multi)
 }
 
 /* The cell of the leaf's vertex `number`: cells with several polygons have as many vertices. */
-static int cell_of(const qni_leaf_place *place, int number) {
+static int cell_of(const qni_leaf_place *place, int number, bool *alone) {
     const qni_dmc_leaf *leaf = place->leaf;
+    *alone = true;
     int low = 0, high = leaf->multi_count; /* multiple cells that start there or before */
     while (low < high) {
         const int middle = low + (high - low) / 2;
@@ -136,9 +149,8 @@ static int cell_of(const qni_leaf_place *place, int number) {
         return active_cell(leaf, number);
     const qni_multi_cell *last = place->multis + low - 1;
     const int more = qni_entry_polygons(last->entry);
-    return number < first_of_multi(leaf, last) + more
-               ? last->cell
-               : active_cell(leaf, number - (last->extra_before + more - 1));
+    *alone = number >= first_of_multi(leaf, last) + more;
+    return *alone ? active_cell(leaf, number - (last->extra_before + more - 1)) : last->cell;
 }
 
 static int64_t leaf_of(const qni_leaf_index *index, uint32_t vertex) {
@@ -206,10 +218,11 @@ static unsigned edges_in_leaf(const qni_leaf_quads *quads, int z, int bit) {
            edges_along(quads, 2, z, bit) << 8;
 }
 
-int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES]) {
+int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES],
+                         bool *alone) {
     enum { NOT_ASKED = -2, INNER = 6, ALL = (1 << QNI_EDGES) - 1 };
     const int64_t own = leaf_of(index, vertex);
-    const int cell = cell_of(index->place + own, (int)(vertex - index->vertex_start[own]));
+    const int cell = cell_of(index->place + own, (int)(vertex - index->vertex_start[own]), alone);
     const int at[3] = {cell & 7, cell >> 3 & 7, cell >> 6};
     const bool inner = at[0] <= INNER && at[1] <= INNER && at[2] <= INNER;
     unsigned rest = inner ? edges_in_leaf(index->place[own].quads, at[2], cell & 63) : ALL;
@@ -272,7 +285,9 @@ bool qni_leaf_index_ring(const qni_leaf_index *index, uint32_t quad, int axis, u
     if (vertex >= index->vertex_start[index->leaves])
         return false;
     const int64_t leaf = leaf_of(index, vertex);
-    const int cell = cell_of(index->place + leaf, (int)(vertex - index->vertex_start[leaf]));
+    bool alone;
+    const int cell =
+        cell_of(index->place + leaf, (int)(vertex - index->vertex_start[leaf]), &alone);
     int point[3] = {cell & 7, cell >> 3 & 7, cell >> 6};
     const bool at_start = quads_across(index, leaf, point, axis, ring);
     ++point[axis];
