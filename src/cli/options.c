@@ -72,7 +72,7 @@ static int apply_choice(cli_options *options, const cli_option_row *row, const c
         options->exact_topology = index == 1;
         break;
     case OPTION_UNTANGLE:
-        options->untangle = index == 0   ? QN_UNTANGLE_NEAR
+        options->untangle = index == 0   ? QN_UNTANGLE_ON
                             : index == 1 ? QN_UNTANGLE_OFF
                                          : QN_UNTANGLE_ALL;
         options->untangle_given = true;
@@ -403,7 +403,7 @@ int cli_options_parse(cli_verb verb, int argc, char **argv, cli_options *options
     memset(options, 0, sizeof *options);
     options->verb = verb;
     options->inside = INSIDE_AUTO;
-    options->untangle = QN_UNTANGLE_NEAR;
+    options->untangle = QN_UNTANGLE_ON;
     qn_volume_read_options_init(&options->read);
     qn_solid_surface_options_init(&options->solid);
     opterr = 0;

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { FACE_BLOCK = 16384, ROW_BLOCK = 4096, AXIS_BITS = 21, DIGIT_BITS = 11, DIGITS = 6 };
+enum { FACE_BLOCK = 16384, ROW_BLOCK = 4096, AXIS_BITS = 16, DIGIT_BITS = 12, DIGITS = 4 };
 static const uint64_t left_out = UINT64_MAX;
 
 typedef struct numbered {
@@ -26,7 +26,7 @@ typedef struct tree_job {
     double origin[3], scale;
 } tree_job;
 
-/* Two zero bits before each of 21 bits. */
+/* Two zero bits before each bit. */
 static uint64_t spread_bits(uint64_t x) {
     x = (x | x << 32) & 0x001f00000000ffffu;
     x = (x | x << 16) & 0x001f0000ff0000ffu;
@@ -39,15 +39,23 @@ static const float *place(const tree_job *job, uint32_t vertex) {
     return job->check->mesh.positions + 3 * (size_t)vertex;
 }
 
+/* Of numbers that are none the second. */
+static inline float least(float a, float b) {
+    return a < b ? a : b;
+}
+
+static inline float most(float a, float b) {
+    return a > b ? a : b;
+}
+
 static uint64_t curve_number(const tree_job *job, const uint32_t v[3]) {
     const float *a = place(job, v[0]), *b = place(job, v[1]), *c = place(job, v[2]);
     if (qni_collinear(a, b, c))
         return left_out;
     uint64_t number = 0;
     for (int i = 0; i < 3; ++i) {
-        double low = (double)fminf(a[i], fminf(b[i], c[i]));
-        double high = (double)fmaxf(a[i], fmaxf(b[i], c[i]));
-        double cell = ((low + high) / 2 - job->origin[i]) * job->scale;
+        const float low = least(a[i], least(b[i], c[i])), high = most(a[i], most(b[i], c[i]));
+        double cell = (((double)low + (double)high) / 2 - job->origin[i]) * job->scale;
         number |= spread_bits((uint64_t)cell) << i;
     }
     return number;
@@ -141,17 +149,17 @@ static void empty_box(qni_box_row *row, int slot) {
 static void box_triangle(const tree_job *job, qni_box_row *row, int slot, const uint32_t v[3]) {
     for (int k = 0; k < 3; ++k)
         for (int i = 0; i < 3; ++i) {
-            float x = place(job, v[k])[i];
-            row->low[i][slot] = x < row->low[i][slot] ? x : row->low[i][slot];
-            row->high[i][slot] = x > row->high[i][slot] ? x : row->high[i][slot];
+            const float x = place(job, v[k])[i];
+            row->low[i][slot] = least(x, row->low[i][slot]);
+            row->high[i][slot] = most(x, row->high[i][slot]);
         }
 }
 
 static void box_row(qni_box_row *row, int slot, const qni_box_row *below) {
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < QNI_BOX_WIDTH; ++k) {
-            row->low[i][slot] = fminf(row->low[i][slot], below->low[i][k]);
-            row->high[i][slot] = fmaxf(row->high[i][slot], below->high[i][k]);
+            row->low[i][slot] = least(row->low[i][slot], below->low[i][k]);
+            row->high[i][slot] = most(row->high[i][slot], below->high[i][k]);
         }
 }
 

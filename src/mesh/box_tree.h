@@ -28,7 +28,9 @@ void qni_box_tree_destroy(qni_check *check, qni_box_tree *tree);
 
 /* Shares of a vertex in `wanted`: enough that all triangles at it are, and so much that those are
  * which have it at all three corners. */
-enum { QNI_WANTED = 3, QNI_WANTED_WITH_ALL = 1 };
+enum { QNI_WANTED = 3, QNI_WANTED_WITH_ALL = 1, QNI_WANTED_MASK = 15 };
+/* And beside it: no two triangles at this vertex meet but as neighbours do. */
+enum { QNI_SOUND = 16 };
 
 /* The pairs of triangles that meet where they should not (check_intersections.c). `wanted`, a byte
  * a vertex or NULL: only pairs with a triangle whose corners' shares make up QNI_WANTED. `marks`,

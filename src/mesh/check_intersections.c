@@ -8,6 +8,10 @@
 
 #include <math.h>
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 enum { BLOCK = 16 }; /* rows; few, so that a cancel is heard soon */
 
 typedef struct box {
@@ -24,7 +28,23 @@ typedef struct pair_job {
 } pair_job;
 
 /* Which of the row's boxes touch the box; bit k for slot k. */
-static unsigned touching(const qni_box_row *row, const box *b) {
+#ifdef __SSE2__
+static inline unsigned touching_four(const qni_box_row *row, const box *b, int from) {
+    __m128 hits = _mm_castsi128_ps(_mm_set1_epi32(-1));
+    for (int i = 0; i < 3; ++i) {
+        hits = _mm_and_ps(hits,
+                          _mm_cmple_ps(_mm_loadu_ps(row->low[i] + from), _mm_set1_ps(b->high[i])));
+        hits = _mm_and_ps(hits,
+                          _mm_cmpge_ps(_mm_loadu_ps(row->high[i] + from), _mm_set1_ps(b->low[i])));
+    }
+    return (unsigned)_mm_movemask_ps(hits) << from;
+}
+
+static inline unsigned touching(const qni_box_row *row, const box *b) {
+    return touching_four(row, b, 0) | touching_four(row, b, 4);
+}
+#else
+static inline unsigned touching(const qni_box_row *row, const box *b) {
     int32_t hits[QNI_BOX_WIDTH];
     for (int k = 0; k < QNI_BOX_WIDTH; ++k)
         hits[k] = (row->low[0][k] <= b->high[0]) & (row->high[0][k] >= b->low[0]) &
@@ -35,6 +55,7 @@ static unsigned touching(const qni_box_row *row, const box *b) {
         mask |= (unsigned)hits[k] << k;
     return mask;
 }
+#endif
 
 static box box_of_slot(const qni_box_row *row, int slot) {
     box b;
@@ -45,23 +66,30 @@ static box box_of_slot(const qni_box_row *row, int slot) {
     return b;
 }
 
-static box box_of_row(const qni_box_row *row) {
-    box b = box_of_slot(row, 0);
-    for (int i = 0; i < 3; ++i)
-        for (int k = 1; k < QNI_BOX_WIDTH; ++k) {
-            b.low[i] = fminf(b.low[i], row->low[i][k]);
-            b.high[i] = fmaxf(b.high[i], row->high[i][k]);
-        }
-    return b;
+/* Round a row of level 0, as the level above has it; a single row has none above. */
+static box box_of_row(const qni_box_tree *tree, int64_t row) {
+    const box all = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
+    return tree->levels == 1
+               ? all
+               : box_of_slot(&tree->rows[1][row / QNI_BOX_WIDTH], (int)(row % QNI_BOX_WIDTH));
 }
 
 static bool has_wanted(const pair_job *job, const uint32_t t[3]) {
-    return job->wanted[t[0]] + job->wanted[t[1]] + job->wanted[t[2]] >= QNI_WANTED;
+    const int shares = job->wanted[t[0]] + job->wanted[t[1]] + job->wanted[t[2]];
+    return (shares & QNI_WANTED_MASK) >= QNI_WANTED;
+}
+
+static bool share_sound(const pair_job *job, const uint32_t a[3], const uint32_t b[3]) {
+    bool share = false;
+    for (int i = 0; i < 3; ++i)
+        share = share ||
+                ((a[i] == b[0] || a[i] == b[1] || a[i] == b[2]) && job->wanted[a[i]] & QNI_SOUND);
+    return share;
 }
 
 static bool meet(const pair_job *job, int64_t i, int64_t j) {
     const uint32_t *a = job->tree->triangles[i], *b = job->tree->triangles[j];
-    if (job->wanted && !has_wanted(job, a) && !has_wanted(job, b))
+    if (job->wanted && ((!has_wanted(job, a) && !has_wanted(job, b)) || share_sound(job, a, b)))
         return false;
     if (!qni_triangles_meet(job->check->mesh.positions, a, b))
         return false;
@@ -76,7 +104,7 @@ static bool meet(const pair_job *job, int64_t i, int64_t j) {
 static int64_t meet_rows(const pair_job *job, int64_t a, int64_t b) {
     const qni_box_tree *tree = job->tree;
     const qni_box_row *row_a = &tree->rows[0][a], *row_b = &tree->rows[0][b];
-    box whole_b = box_of_row(row_b);
+    const box whole_b = box_of_row(tree, b);
     int64_t found = 0;
     for (unsigned left = touching(row_a, &whole_b); left; left &= left - 1) {
         int i = __builtin_ctz(left);
@@ -101,7 +129,7 @@ static int64_t meet_other_rows(const pair_job *job, int64_t a) {
     const qni_box_tree *tree = job->tree;
     const uint8_t *wanted = job->wanted_rows;
     step stack[QNI_BOX_LEVELS * QNI_BOX_WIDTH];
-    box mine = box_of_row(&tree->rows[0][a]);
+    const box mine = box_of_row(tree, a);
     int depth = 0;
     int64_t found = 0;
     stack[depth++] = (step){tree->levels - 1, 0};

@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SEARCH_REACH = 2, MEND_REACH = 3, FIRST_PUSH = 5, MOST_ROUNDS = 32, PATIENCE = 12 };
+enum { MEND_REACH = 3, FIRST_PUSH = 5, MOST_ROUNDS = 32, PATIENCE = 12 };
 
 static qn_mesh_view view_of(const qni_mesh_part *part) {
     qn_mesh_view view;
@@ -153,25 +153,67 @@ static void move_all(mender *m) {
 
 typedef struct work {
     qn_context *context;
-    qn_mesh *mesh;
+    qn_mesh *mesh; /* its places change */
     double to_lattice[3][4];
     double push;         /* world units along the normals, where a push is needed */
-    qni_mesh_part whole; /* what is searched; its places change */
-    uint8_t *marks;      /* [whole.vertex_count]: corners of crossing triangles */
+    uint8_t *marks;      /* [vertices of the mesh]: corners of crossing triangles */
+    qni_mesh_part whole; /* all that rounds look at: what is near the marks, and beyond reach */
+    qni_vertex_set core; /* of its vertices: where marks may be */
+    int reach;           /* of rounds */
     qni_untangle_report *report;
 } work;
 
+/* The vertices of `whole` that are marked. */
+static qn_status find_marked(const work *w, qni_vertex_set *marked, qn_error *error) {
+    QN_TRY(qni_vertex_set_alloc(w->context, w->whole.vertex_count, marked, error));
+    for (int64_t v = 0; v < w->whole.vertex_count; ++v)
+        marked->bits[v / 64] |= (uint64_t)w->marks[w->whole.vertices[v]] << (v % 64);
+    return QN_OK;
+}
+
 /* The quads within reach of the marks. */
-static qn_status cut_part(const work *w, int reach, qni_mesh_part *part, qn_error *error) {
+static qn_status cut_part(const work *w, qni_mesh_part *part, qn_error *error) {
     const qn_mesh_view view = view_of(&w->whole);
-    qni_vertex_set near;
-    QN_TRY(qni_vertex_set_alloc(w->context, view.vertex_count, &near, error));
-    for (int64_t v = 0; v < view.vertex_count; ++v)
-        near.bits[v / 64] |= (uint64_t)w->marks[v] << (v % 64);
+    qni_vertex_set marked;
+    QN_TRY(find_marked(w, &marked, error));
     const qn_status status =
-        qni_mesh_part_near(w->context, &view, w->to_lattice, &near, reach, part, error);
-    qni_vertex_set_free(w->context, &near);
+        qni_mesh_part_near(w->context, &view, w->to_lattice, &marked, w->reach, part, error);
+    qni_vertex_set_free(w->context, &marked);
     return status;
+}
+
+static void free_whole(work *w) {
+    qni_vertex_set_free(w->context, &w->core);
+    qni_mesh_part_free(w->context, &w->whole);
+}
+
+/* What is twice as far as rounds reach, and than the core reaches: so that a round does what it
+ * would in the whole mesh. */
+static qn_status cut_whole(work *w, qn_error *error) {
+    enum { CORE = 2 };
+    const qn_mesh_view mesh = qn_mesh_get_view(w->mesh);
+    qni_vertex_set marked;
+    free_whole(w);
+    QN_TRY(qni_vertex_set_alloc(w->context, mesh.vertex_count, &marked, error));
+    for (int64_t v = 0; v < mesh.vertex_count; ++v)
+        marked.bits[v / 64] |= (uint64_t)w->marks[v] << (v % 64);
+    qn_status status = qni_mesh_part_near(w->context, &mesh, w->to_lattice, &marked,
+                                          2 * w->reach + 2 * CORE, &w->whole, error);
+    qni_vertex_set_free(w->context, &marked);
+    if (status != QN_OK)
+        return status;
+    const qn_mesh_view view = view_of(&w->whole);
+    QN_TRY(find_marked(w, &marked, error));
+    status = qni_vertices_near(w->context, &view, w->to_lattice, &marked, CORE, &w->core, error);
+    qni_vertex_set_free(w->context, &marked);
+    return status;
+}
+
+static bool marks_left_core(const work *w) {
+    bool left = false;
+    for (int64_t v = 0; v < w->whole.vertex_count; ++v)
+        left = left || (w->marks[w->whole.vertices[v]] && !qni_in_set(&w->core, v));
+    return left;
 }
 
 /* Move what is marked and `width` rings of neighbours, and look what crosses then. Beyond the part
@@ -179,17 +221,20 @@ static qn_status cut_part(const work *w, int reach, qni_mesh_part *part, qn_erro
 static qn_status mend_part(work *w, mender *m, int width, int64_t *left, qn_error *error) {
     const qni_mesh_part *part = &m->part;
     fill_fans(m);
+    const uint32_t *number = w->whole.vertices;
     for (int64_t v = 0; v < part->vertex_count; ++v) {
-        m->moving[v] = w->marks[part->vertices[v]] ? QNI_WANTED : 0;
-        w->marks[part->vertices[v]] = 0;
+        m->moving[v] = w->marks[number[part->vertices[v]]] ? QNI_WANTED : 0;
+        w->marks[number[part->vertices[v]]] = 0;
     }
     for (int n = 0; n < width; ++n)
         widen(m);
     move_all(m);
     QN_TRY(find_crossings(w->context, part, m->moving, m->scratch, left, error));
     for (int64_t v = 0; v < part->vertex_count; ++v) {
-        w->marks[part->vertices[v]] = m->scratch[v];
-        memcpy(w->whole.positions + 3 * (size_t)part->vertices[v], part->positions + 3 * v,
+        const size_t in_whole = part->vertices[v];
+        w->marks[number[in_whole]] = m->scratch[v];
+        memcpy(w->whole.positions + 3 * in_whole, part->positions + 3 * v, 3 * sizeof(float));
+        memcpy(w->mesh->positions + 3 * (size_t)number[in_whole], part->positions + 3 * v,
                3 * sizeof(float));
     }
     return QN_OK;
@@ -210,7 +255,11 @@ static double push_of_round(const work *w, int round) {
 static qn_status one_round(work *w, int round, int64_t *left, qn_error *error) {
     const int width = width_of_round(round);
     mender m = {.context = w->context, .push = push_of_round(w, round)};
-    QN_TRY(cut_part(w, MEND_REACH + 2 * width, &m.part, error));
+    const bool farther = MEND_REACH + 2 * width > w->reach;
+    w->reach = MEND_REACH + 2 * width;
+    if (farther || marks_left_core(w))
+        QN_TRY(cut_whole(w, error));
+    QN_TRY(cut_part(w, &m.part, error));
     const qn_status status = alloc_mender(&m) ? mend_part(w, &m, width, left, error)
                                               : qni_fail_memory(error, "mending crossings");
     free_mender(&m);
@@ -260,23 +309,21 @@ static double length_in_cells(const double to_lattice[3][4], const float *from, 
     return sqrt(squares);
 }
 
-static void put_back(const work *w) {
+static void note_moves(const work *w, const float *before) {
     qni_untangle_report *report = w->report;
-    for (int64_t v = 0; v < w->whole.vertex_count; ++v) {
-        float *to = w->mesh->positions + 3 * (size_t)w->whole.vertices[v];
-        const float *from = w->whole.positions + 3 * v;
+    for (int64_t v = 0; v < w->mesh->vertex_count; ++v) {
+        const float *to = w->mesh->positions + 3 * v, *from = before + 3 * v;
         if (memcmp(to, from, 3 * sizeof *to) == 0)
             continue;
         report->farthest = fmax(report->farthest, length_in_cells(w->to_lattice, to, from));
         ++report->moved_vertices;
-        memcpy(to, from, 3 * sizeof *to);
     }
 }
 
-/* Rounds until nothing crosses, or it gets no better. `best` keeps the places of the best round. */
-static qn_status run_rounds(work *w, float *best, int64_t *left, qn_error *error) {
-    const size_t bytes = (size_t)w->whole.vertex_count * 3 * sizeof *best;
-    int64_t now = *left;
+/* Rounds until nothing crosses, or it gets no better; the best round counts. */
+static qn_status run_rounds(work *w, float *best, qn_error *error) {
+    const size_t bytes = (size_t)w->mesh->vertex_count * 3 * sizeof *best;
+    int64_t now = w->report->crossings, *left = &w->report->crossings_left;
     for (int round = 0, since = 0; now > 0 && round < MOST_ROUNDS && since < PATIENCE; ++round) {
         QN_TRY(one_round(w, round, &now, error));
         w->report->rounds = round + 1;
@@ -284,65 +331,74 @@ static qn_status run_rounds(work *w, float *best, int64_t *left, qn_error *error
         if (now < *left) {
             *left = now;
             since = 0;
-            memcpy(best, w->whole.positions, bytes);
+            memcpy(best, w->mesh->positions, bytes);
         }
     }
-    memcpy(w->whole.positions, best, bytes);
+    memcpy(w->mesh->positions, best, bytes);
     return QN_OK;
 }
 
-static qn_status mend(work *w, const uint8_t *wanted, qn_error *error) {
-    qni_untangle_report *report = w->report;
-    const int64_t count = w->whole.vertex_count;
-    report->searched_quads = w->whole.quad_count;
-    QN_TRY(find_crossings(w->context, &w->whole, wanted, w->marks, &report->crossings, error));
-    report->crossings_left = report->crossings;
-    if (report->crossings == 0)
-        return QN_OK;
+static qn_status mend(work *w, qn_error *error) {
+    const int64_t count = w->mesh->vertex_count;
+    float *before = qni_alloc(w->context, count, 3 * sizeof *before);
     float *best = qni_alloc(w->context, count, 3 * sizeof *best);
-    if (!best)
-        return qni_fail_memory(error, "mending crossings");
-    memcpy(best, w->whole.positions, (size_t)count * 3 * sizeof *best);
-    const qn_status status = run_rounds(w, best, &report->crossings_left, error);
+    qn_status status = before && best ? QN_OK : qni_fail_memory(error, "mending crossings");
+    if (status == QN_OK) {
+        memcpy(before, w->mesh->positions, (size_t)count * 3 * sizeof *before);
+        memcpy(best, before, (size_t)count * 3 * sizeof *best);
+        status = run_rounds(w, best, error);
+    }
     if (status == QN_OK)
-        put_back(w);
+        note_moves(w, before);
+    free_whole(w);
     qni_free(w->context, best, count, 3 * sizeof *best);
+    qni_free(w->context, before, count, 3 * sizeof *before);
     return status;
 }
 
-/* Search the quads at suspects and what is near them. */
-static qn_status mend_near(work *w, const qn_mesh_view *view, const qni_vertex_set *suspects,
-                           qn_error *error) {
-    QN_TRY(qni_mesh_part_near(w->context, view, w->to_lattice, suspects, SEARCH_REACH, &w->whole,
-                              error));
-    const int64_t count = w->whole.vertex_count;
-    w->marks = qni_alloc(w->context, count, 1);
-    uint8_t *wanted = qni_alloc(w->context, count, 1);
-    qn_status status = QN_OK;
-    if (w->marks && wanted) {
-        for (int64_t v = 0; v < count; ++v)
-            wanted[v] = qni_in_set(suspects, w->whole.vertices[v]) ? QNI_WANTED : 0;
-        status = mend(w, wanted, error);
-    } else {
-        status = qni_fail_memory(error, "the search for crossings");
-    }
+/* ---- the search ------------------------------------------------------------------------------ */
+
+/* Look in a part of the mesh, in which no two quads at `sound` vertices cross; NULL for none such.
+ * Marks become those of the crossing triangles' corners. */
+static qn_status search_part(const work *w, const qni_mesh_part *part, const qni_vertex_set *sound,
+                             qn_error *error) {
+    const int64_t count = part->vertex_count;
+    uint8_t *wanted = qni_alloc(w->context, count, 1), *found = qni_alloc(w->context, count, 1);
+    qn_status status = wanted && found ? QN_OK : qni_fail_memory(error, "the search for crossings");
+    w->report->searched_quads = part->quad_count;
+    for (int64_t v = 0; v < count && status == QN_OK; ++v)
+        wanted[v] = (uint8_t)(QNI_WANTED_WITH_ALL |
+                              (sound && qni_in_set(sound, part->vertices[v]) ? QNI_SOUND : 0));
+    if (status == QN_OK)
+        status = find_crossings(w->context, part, wanted, found, &w->report->crossings, error);
+    for (int64_t v = 0; v < count && status == QN_OK; ++v)
+        w->marks[part->vertices[v]] = found[v];
+    qni_free(w->context, found, count, 1);
     qni_free(w->context, wanted, count, 1);
     return status;
 }
 
-static qn_status mend_at_suspects(work *w, const qn_mesh_view *view, qn_error *error) {
-    qni_vertex_set suspects;
-    QN_TRY(qni_untangle_suspects(w->context, view, w->to_lattice, &suspects, error));
-    const qn_status status =
-        qni_vertex_set_count(&suspects) > 0 ? mend_near(w, view, &suspects, error) : QN_OK;
-    qni_vertex_set_free(w->context, &suspects);
+static qn_status search_suspects(const work *w, const qn_mesh_view *mesh, qn_error *error) {
+    qni_suspects suspects;
+    qni_mesh_part part;
+    QN_TRY(qni_untangle_suspects(w->context, mesh, w->to_lattice, &suspects, error));
+    qn_status status = QN_OK;
+    if (suspects.count > 0)
+        status = qni_mesh_part_of(w->context, mesh, &suspects.quads, &suspects.near, &part, error);
+    if (suspects.count > 0 && status == QN_OK) {
+        status = search_part(w, &part, &suspects.sound, error);
+        qni_mesh_part_free(w->context, &part);
+    }
+    qni_suspects_free(w->context, &suspects);
     return status;
 }
 
-static qn_status mend_everywhere(work *w, const qn_mesh_view *view, qn_error *error) {
-    QN_TRY(qni_mesh_part_all(w->context, view, &w->whole, error));
-    w->marks = qni_alloc(w->context, w->whole.vertex_count, 1);
-    return w->marks ? mend(w, NULL, error) : qni_fail_memory(error, "the search for crossings");
+static qn_status search_all(const work *w, const qn_mesh_view *mesh, qn_error *error) {
+    qni_mesh_part part;
+    QN_TRY(qni_mesh_part_all(w->context, mesh, &part, error));
+    const qn_status status = search_part(w, &part, NULL, error);
+    qni_mesh_part_free(w->context, &part);
+    return status;
 }
 
 qn_status qni_mesh_untangle(qn_context *context, qn_mesh *mesh, const qni_untangle_options *options,
@@ -352,9 +408,16 @@ qn_status qni_mesh_untangle(qn_context *context, qn_mesh *mesh, const qni_untang
     invert(options->to_world, w.to_lattice);
     w.push = push_of(options);
     memset(report, 0, sizeof *report);
-    const qn_status status = options->everywhere ? mend_everywhere(&w, &view, error)
-                                                 : mend_at_suspects(&w, &view, error);
-    qni_free(context, w.marks, w.whole.vertex_count, 1);
-    qni_mesh_part_free(context, &w.whole);
+    if (view.quad_count == 0)
+        return QN_OK;
+    w.marks = qni_alloc_zero(context, view.vertex_count, 1);
+    if (!w.marks)
+        return qni_fail_memory(error, "the search for crossings");
+    qn_status status =
+        options->everywhere ? search_all(&w, &view, error) : search_suspects(&w, &view, error);
+    report->crossings_left = report->crossings;
+    if (status == QN_OK && report->crossings > 0)
+        status = mend(&w, error);
+    qni_free(context, w.marks, view.vertex_count, 1);
     return status;
 }

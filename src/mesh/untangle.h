@@ -33,9 +33,9 @@ qn_status qni_mesh_untangle(qn_context *context, qn_mesh *mesh, const qni_untang
 
 /* ---- parts of it ----------------------------------------------------------------------------- */
 
-/* A set of vertices, a bit each. */
+/* A set of vertices or quads, a bit each. */
 typedef struct qni_vertex_set {
-    int64_t count; /* of vertices */
+    int64_t count; /* of all there are */
     uint64_t *bits;
 } qni_vertex_set;
 
@@ -57,19 +57,36 @@ void qni_vertex_set_free(qn_context *context, qni_vertex_set *set);
 
 int64_t qni_vertex_set_count(const qni_vertex_set *set);
 
-/* Where crossings can be: the corners of bent quads, of which a corner looks away from the others,
- * and vertices that share a lattice face, where sheets can lie on each other. Elsewhere a mesh of
- * quads round lattice edges is like the faces of the lattice; where it is folded enough for faces
- * to cross, some quad among them is bent. (Found by looking, not proved:
- * tests/property/test_untangle.c says how few pairs it misses.) */
-qn_status qni_untangle_suspects(qn_context *context, const qn_mesh_view *mesh,
-                                const double to_lattice[3][4], qni_vertex_set *suspects,
-                                qn_error *error);
+/* Vertices at which no two quads cross, into an empty set; more may be such. `unit` is about the
+ * size of a lattice cell. */
+qn_status qni_untangle_sound(qn_context *context, const qn_mesh_view *mesh, double unit,
+                             const qni_vertex_set *sound, qn_error *error);
 
+/* Where crossings can be: all else is proved to have none (untangle_suspects.c). */
+typedef struct qni_suspects {
+    int64_t count;
+    qni_vertex_set quads; /* of two that cross one is here, */
+    qni_vertex_set near;  /* and the other one, too, or it has a corner here */
+    qni_vertex_set sound; /* vertices at which no two quads cross */
+} qni_suspects;
+
+qn_status qni_untangle_suspects(qn_context *context, const qn_mesh_view *mesh,
+                                const double to_lattice[3][4], qni_suspects *suspects_out,
+                                qn_error *error);
+void qni_suspects_free(qn_context *context, qni_suspects *suspects);
+
+/* The vertices within `reach` lattice cells of a vertex of the set, at least; none twice as far. */
+qn_status qni_vertices_near(qn_context *context, const qn_mesh_view *mesh,
+                            const double to_lattice[3][4], const qni_vertex_set *near, int reach,
+                            qni_vertex_set *close_out, qn_error *error);
 /* The quads that have a corner within `reach` lattice cells of a vertex of the set, at least. */
 qn_status qni_mesh_part_near(qn_context *context, const qn_mesh_view *mesh,
                              const double to_lattice[3][4], const qni_vertex_set *near, int reach,
                              qni_mesh_part *part, qn_error *error);
+/* Those of a set, and those with a corner of a set of vertices. */
+qn_status qni_mesh_part_of(qn_context *context, const qn_mesh_view *mesh,
+                           const qni_vertex_set *quads, const qni_vertex_set *vertices,
+                           qni_mesh_part *part, qn_error *error);
 qn_status qni_mesh_part_all(qn_context *context, const qn_mesh_view *mesh, qni_mesh_part *part,
                             qn_error *error);
 void qni_mesh_part_free(qn_context *context, qni_mesh_part *part);

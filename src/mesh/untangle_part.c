@@ -34,8 +34,9 @@ static void block_of(const double to_lattice[3][4], const float *position, int s
                      int64_t block[3]) {
     double local[3];
     qni_local_place(to_lattice, position, local);
+    const double offset = 0x1p41; /* what is on no lattice has been put at 0 */
     for (int a = 0; a < 3; ++a)
-        block[a] = (int64_t)floor(local[a] / side);
+        block[a] = (int64_t)(local[a] / side + offset) - (INT64_C(1) << 41);
 }
 
 /* The blocks round every vertex of the set. */
@@ -75,20 +76,23 @@ static void take_near(qn_context *context, const qn_mesh_view *mesh, const doubl
 typedef struct picker {
     qn_context *context;
     const qn_mesh_view *mesh;
-    const qni_vertex_set *wanted; /* NULL: all */
-    qni_vertex_set used;
+    const qni_vertex_set *quads;    /* these; or NULL */
+    const qni_vertex_set *vertices; /* and those at these; NULL: all */
+    qni_vertex_set used, picked;    /* vertices; quads */
     uint32_t *before; /* by word of `used`: vertices of the part in the words before */
     int64_t *starts;  /* by block of quads: quads of the part in the blocks before */
     int64_t words, blocks;
 } picker;
 
-static bool picks(const picker *p, const uint32_t *quad) {
-    bool any = !p->wanted;
+static bool picks(const picker *p, int64_t q) {
+    const uint32_t *quad = p->mesh->quads + 4 * q;
+    bool any = !p->vertices || (p->quads && qni_in_set(p->quads, q));
     for (int k = 0; k < 4 && !any; ++k)
-        any = qni_in_set(p->wanted, quad[k]);
+        any = qni_in_set(p->vertices, quad[k]);
     return any;
 }
 
+/* Blocks are whole words of quads. */
 static int64_t end_of_block(const picker *p, int64_t block) {
     const int64_t end = (block + 1) * FACE_BLOCK;
     return end < p->mesh->quad_count ? end : p->mesh->quad_count;
@@ -101,9 +105,10 @@ static void count_picked(picker *p, qni_mesh_part *part) {
         int64_t count = 0;
         for (int64_t q = block * FACE_BLOCK; q < end_of_block(p, block); ++q) {
             const uint32_t *quad = p->mesh->quads + 4 * q;
-            if (!picks(p, quad))
+            if (!picks(p, q))
                 continue;
             ++count;
+            p->picked.bits[q / 64] |= UINT64_C(1) << (q % 64);
             for (int k = 0; k < 4; ++k)
                 __atomic_fetch_or(&p->used.bits[quad[k] / 64], UINT64_C(1) << (quad[k] % 64),
                                   __ATOMIC_RELAXED);
@@ -130,12 +135,12 @@ static void fill_part(const picker *p, const qni_mesh_part *part) {
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(p->context))
     for (int64_t block = 0; block < p->blocks; ++block) {
         uint32_t *to = part->quads + 4 * p->starts[block];
-        for (int64_t q = block * FACE_BLOCK; q < end_of_block(p, block); ++q) {
-            const uint32_t *quad = p->mesh->quads + 4 * q;
-            if (picks(p, quad))
+        for (int64_t word = block * FACE_BLOCK / 64; 64 * word < end_of_block(p, block); ++word)
+            for (uint64_t left = p->picked.bits[word]; left; left &= left - 1) {
+                const uint32_t *quad = p->mesh->quads + 4 * (64 * word + __builtin_ctzll(left));
                 for (int k = 0; k < 4; ++k)
                     *to++ = number_of(p, quad[k]);
-        }
+            }
     }
 #pragma omp parallel for schedule(static) num_threads(qn_context_threads(p->context))
     for (int64_t word = 0; word < p->words; ++word) {
@@ -162,16 +167,18 @@ void qni_mesh_part_free(qn_context *context, qni_mesh_part *part) {
     memset(part, 0, sizeof *part);
 }
 
-static qn_status pick(qn_context *context, const qn_mesh_view *mesh, const qni_vertex_set *wanted,
-                      qni_mesh_part *part, qn_error *error) {
-    picker p = {.context = context, .mesh = mesh, .wanted = wanted};
+qn_status qni_mesh_part_of(qn_context *context, const qn_mesh_view *mesh,
+                           const qni_vertex_set *quads, const qni_vertex_set *vertices,
+                           qni_mesh_part *part, qn_error *error) {
+    picker p = {.context = context, .mesh = mesh, .quads = quads, .vertices = vertices};
     memset(part, 0, sizeof *part);
     p.words = mesh->vertex_count / 64 + 1;
     p.blocks = mesh->quad_count / FACE_BLOCK + 1;
     QN_TRY(qni_vertex_set_alloc(context, mesh->vertex_count, &p.used, error));
     p.before = qni_alloc(context, p.words, sizeof *p.before);
     p.starts = qni_alloc(context, p.blocks, sizeof *p.starts);
-    bool good = p.before && p.starts;
+    bool good = qni_vertex_set_alloc(context, mesh->quad_count, &p.picked, error) == QN_OK &&
+                p.before && p.starts;
     if (good) {
         count_picked(&p, part);
         good = alloc_part(context, part);
@@ -182,31 +189,39 @@ static qn_status pick(qn_context *context, const qn_mesh_view *mesh, const qni_v
     }
     qni_free(context, p.starts, p.blocks, sizeof *p.starts);
     qni_free(context, p.before, p.words, sizeof *p.before);
+    qni_vertex_set_free(context, &p.picked);
     qni_vertex_set_free(context, &p.used);
     return good ? QN_OK : qni_fail_memory(error, "the search for crossings");
 }
 
 qn_status qni_mesh_part_all(qn_context *context, const qn_mesh_view *mesh, qni_mesh_part *part,
                             qn_error *error) {
-    return pick(context, mesh, NULL, part, error);
+    return qni_mesh_part_of(context, mesh, NULL, NULL, part, error);
+}
+
+qn_status qni_vertices_near(qn_context *context, const qn_mesh_view *mesh,
+                            const double to_lattice[3][4], const qni_vertex_set *near, int reach,
+                            qni_vertex_set *close, qn_error *error) {
+    const int64_t most = INT64_C(1) << 27, wanted = qni_vertex_set_count(near) * BITS_A_NEAR;
+    qni_bit_table table = {0, NULL};
+    if (!qni_table_alloc(context, wanted < most ? wanted : most, &table))
+        return qni_fail_memory(error, "the search for crossings");
+    const qn_status status = qni_vertex_set_alloc(context, mesh->vertex_count, close, error);
+    if (status == QN_OK) {
+        enter_blocks(mesh, to_lattice, near, reach, &table);
+        take_near(context, mesh, to_lattice, reach, &table, close);
+    }
+    qni_table_free(context, &table);
+    return status;
 }
 
 qn_status qni_mesh_part_near(qn_context *context, const qn_mesh_view *mesh,
                              const double to_lattice[3][4], const qni_vertex_set *near, int reach,
                              qni_mesh_part *part, qn_error *error) {
-    const int64_t most = INT64_C(1) << 27, wanted = qni_vertex_set_count(near) * BITS_A_NEAR;
-    qni_bit_table table = {0, NULL};
-    qni_vertex_set close = {0, NULL};
+    qni_vertex_set close;
     memset(part, 0, sizeof *part);
-    if (!qni_table_alloc(context, wanted < most ? wanted : most, &table))
-        return qni_fail_memory(error, "the search for crossings");
-    qn_status status = qni_vertex_set_alloc(context, mesh->vertex_count, &close, error);
-    if (status == QN_OK) {
-        enter_blocks(mesh, to_lattice, near, reach, &table);
-        take_near(context, mesh, to_lattice, reach, &table, &close);
-        status = pick(context, mesh, &close, part, error);
-        qni_vertex_set_free(context, &close);
-    }
-    qni_table_free(context, &table);
+    QN_TRY(qni_vertices_near(context, mesh, to_lattice, near, reach, &close, error));
+    const qn_status status = qni_mesh_part_of(context, mesh, NULL, &close, part, error);
+    qni_vertex_set_free(context, &close);
     return status;
 }

@@ -1,179 +1,293 @@
 // SPDX-License-Identifier: MIT
-/* Where crossings are looked for (untangle.h): at bent quads, and where several vertices lie on one
- * face, edge or point of the lattice. */
-#include "core/sort.h"
+/* Where crossings can be (untangle.h): all else is proved to have none.
+ *
+ * Quads that share a vertex do not cross if it is sound (untangle_fans.c). Of those that share
+ * none, one round a lattice edge, with a corner inside each of the four cells, lies inside the
+ * block of these cells. If no other vertex is in them, another quad of that kind has a block beside
+ * it, or a vertex in one of its cells, which is one of its own. (Ju and Udeshi 2006 prove the same
+ * by the octahedra round the edges, for quads that are cut inside them.)
+ *
+ * A quad is suspect if a corner is not sound, or it is not of that kind. Any other can cross a
+ * suspect one only from a cell that the suspect one's box meets. */
 #include "core/status.h"
+#include "mesh/cell_map.h"
 #include "mesh/untangle.h"
-#include "mesh/untangle_table.h"
 
-enum { BITS_A_VERTEX = 16 };
+#include <math.h>
+#include <string.h>
 
-/* ---- bent quads --------------------------------------------------------------------------------
- */
+enum { WORD = 64 };
 
-/* Twice the area of a quad's corner, as a vector. */
-static void corner_area(const float *o, const float *a, const float *b, double area[3]) {
-    double u[3], v[3];
-    for (int n = 0; n < 3; ++n) {
-        u[n] = (double)a[n] - (double)o[n];
-        v[n] = (double)b[n] - (double)o[n];
-    }
-    for (int n = 0; n < 3; ++n)
-        area[n] = u[(n + 1) % 3] * v[(n + 2) % 3] - u[(n + 2) % 3] * v[(n + 1) % 3];
+/* In lattice cells: far more than rounding moves a vertex, far less than matters. */
+static const double margin = 1e-6;
+
+typedef struct search {
+    qn_context *context;
+    const qn_mesh_view *mesh;
+    const double (*to_lattice)[4];
+    qni_cell *cell_of;   /* [vertex_count] */
+    qni_vertex_set lone; /* well inside their cells, and alone there */
+    qni_cell_map cells;  /* with vertices: used; with several: shared; met by suspects: marked */
+    qni_suspects *out;
+} search;
+
+/* All of a word's vertices belong to one thread. */
+#define EACH_VERTEX_OF(word)                                                                       \
+    for (int64_t v = WORD * (word); v < WORD * (word) + WORD && v < count; ++v)
+
+/* ---- cells ----------------------------------------------------------------------------------- */
+
+/* Rounds down what is on any lattice. */
+static inline int32_t floor_of(double local) {
+    return (int32_t)((int64_t)(local + 0x1p30) - (INT64_C(1) << 30));
 }
 
-static bool is_bent(const float *positions, const uint32_t quad[4]) {
-    double areas[4][3], sum[3] = {0, 0, 0};
-    bool bent = false;
-    for (int k = 0; k < 4; ++k) {
-        corner_area(positions + 3 * (size_t)quad[k], positions + 3 * (size_t)quad[(k + 1) & 3],
-                    positions + 3 * (size_t)quad[(k + 3) & 3], areas[k]);
-        for (int a = 0; a < 3; ++a)
-            sum[a] += areas[k][a];
-    }
-    for (int k = 0; k < 4; ++k) {
-        const double rise = areas[k][0] * sum[0] + areas[k][1] * sum[1] + areas[k][2] * sum[2];
-        bent = bent || !(rise > 0);
-    }
-    return bent;
-}
-
-static void take_bent(qn_context *context, const qn_mesh_view *mesh, qni_vertex_set *suspects) {
-    (void)context;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
-    for (int64_t q = 0; q < mesh->quad_count; ++q) {
-        const uint32_t *quad = mesh->quads + 4 * q;
-        if (is_bent(mesh->positions, quad))
-            for (int k = 0; k < 4; ++k)
-                __atomic_fetch_or(&suspects->bits[quad[k] / 64], UINT64_C(1) << (quad[k] % 64),
-                                  __ATOMIC_RELAXED);
-    }
-}
-
-/* ---- vertices on lattice faces ----------------------------------------------------------------
- */
-
-/* Whether a vertex lies on lattice planes; `face` becomes the name of the lattice face, edge or
- * point it lies on. */
-static bool lies_on_plane(const double to_lattice[3][4], const float *position, int64_t face[3]) {
-    const double near = 1e-5, whole = 0x1.8p52; /* added and taken off: rounds to a whole number */
-    double local[3];
-    bool on_any = false;
-    qni_local_place(to_lattice, position, local);
+static void local_of(const search *s, int64_t vertex, double local[3]) {
+    const float *p = s->mesh->positions + 3 * vertex;
     for (int a = 0; a < 3; ++a) {
-        const double nearest = (local[a] + whole) - whole;
-        const bool on_plane = fabs(local[a] - nearest) < near;
-        on_any = on_any || on_plane;
-        face[a] = 2 * (int64_t)nearest + (on_plane ? 0 : local[a] > nearest ? 1 : -1);
-    }
-    return on_any;
-}
-
-static int64_t count_on_planes(qn_context *context, const qn_mesh_view *mesh,
-                               const double to_lattice[3][4]) {
-    int64_t count = 0;
-    (void)context;
-#pragma omp parallel for schedule(static) reduction(+ : count)                                     \
-    num_threads(qn_context_threads(context))
-    for (int64_t v = 0; v < mesh->vertex_count; ++v) {
-        int64_t face[3];
-        count += lies_on_plane(to_lattice, mesh->positions + 3 * v, face);
-    }
-    return count;
-}
-
-/* Enter the faces of vertices that lie on one. */
-static void enter_faces(qn_context *context, const qn_mesh_view *mesh,
-                        const double to_lattice[3][4], qni_bit_table *once, qni_bit_table *twice) {
-    (void)context;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
-    for (int64_t v = 0; v < mesh->vertex_count; ++v) {
-        int64_t face[3];
-        if (lies_on_plane(to_lattice, mesh->positions + 3 * v, face) &&
-            qni_table_put(once, qni_mix_place(face)))
-            qni_table_put(twice, qni_mix_place(face));
+        const double *row = s->to_lattice[a];
+        const double at =
+            (row[0] * (double)p[0] + row[1] * (double)p[1]) + (row[2] * (double)p[2] + row[3]);
+        local[a] = fabs(at) < 0x1p29 ? at : 0; /* also what is no number */
     }
 }
 
-/* Vertices whose face may hold another one: the table can mistake a face for another. */
-static void take_doubtful(qn_context *context, const qn_mesh_view *mesh,
-                          const double to_lattice[3][4], const qni_bit_table *twice,
-                          qni_vertex_set *doubtful) {
-    (void)context;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(context))
-    for (int64_t word = 0; word <= mesh->vertex_count / 64; ++word)
-        for (int64_t v = 64 * word; v < 64 * word + 64 && v < mesh->vertex_count; ++v) {
-            int64_t face[3];
-            if (lies_on_plane(to_lattice, mesh->positions + 3 * v, face) &&
-                qni_table_has(twice, qni_mix_place(face)))
-                doubtful->bits[word] |= UINT64_C(1) << (v % 64);
+/* The vertex' cell. False unless it lies well inside. */
+static bool cell_of(const search *s, int64_t vertex, qni_cell *own) {
+    double local[3];
+    int well = 1;
+    local_of(s, vertex, local);
+    for (int a = 0; a < 3; ++a) {
+        own->at[a] = floor_of(local[a]);
+        const double part = local[a] - own->at[a];
+        well &= (part > margin) & (part < 1 - margin);
+    }
+    return well;
+}
+
+/* Vertices that follow each other are mostly in one leaf. */
+typedef struct last_leaf {
+    uint64_t key;
+    qni_cell_leaf *leaf;
+} last_leaf;
+
+static inline qni_cell_leaf *leaf_of(const search *s, const qni_cell *cell, last_leaf *last) {
+    const uint64_t key = qni_cell_key(cell);
+    if (key != last->key)
+        *last = (last_leaf){key, qni_cell_map_find(&s->cells, key)};
+    return last->leaf;
+}
+
+/* All vertices' cells, and how many leaves they can lie in. */
+static int64_t find_cells(const search *s) {
+    const int64_t count = s->mesh->vertex_count;
+    int64_t leaves = 0;
+#pragma omp parallel for schedule(static) reduction(+ : leaves)                                    \
+    num_threads(qn_context_threads(s->context))
+    for (int64_t word = 0; word <= count / WORD; ++word) {
+        qni_cell before = {{0, 0, 0}};
+        cell_of(s, word > 0 ? WORD * word - 1 : 0, &before);
+        leaves += word == 0;
+        EACH_VERTEX_OF(word) {
+            qni_cell *own = &s->cell_of[v];
+            if (cell_of(s, v, own))
+                s->lone.bits[word] |= UINT64_C(1) << (v % WORD);
+            leaves += qni_cell_key(own) != qni_cell_key(&before);
+            before = *own;
         }
-}
-
-typedef struct faced {
-    int64_t face[3], vertex;
-} faced;
-
-static int compare_faces(const void *first, const void *second) {
-    const faced *a = first, *b = second;
-    for (int n = 0; n < 3; ++n)
-        if (a->face[n] != b->face[n])
-            return a->face[n] < b->face[n] ? -1 : 1;
-    return 0;
-}
-
-/* Of the doubtful, those that do share a face. */
-static bool add_shared(qn_context *context, const qn_mesh_view *mesh, const double to_lattice[3][4],
-                       const qni_vertex_set *doubtful, qni_vertex_set *suspects) {
-    const int64_t count = qni_vertex_set_count(doubtful);
-    faced *list = qni_alloc(context, count, sizeof *list);
-    if (!list)
-        return false;
-    int64_t n = 0;
-    for (int64_t word = 0; word <= doubtful->count / 64; ++word)
-        for (uint64_t left = doubtful->bits[word]; left; left &= left - 1, ++n) {
-            list[n].vertex = 64 * word + __builtin_ctzll(left);
-            lies_on_plane(to_lattice, mesh->positions + 3 * list[n].vertex, list[n].face);
-        }
-    const bool good = qni_sort(context, list, count, sizeof *list, compare_faces);
-    for (int64_t i = 0; good && i < count; ++i)
-        if ((i > 0 && compare_faces(list + i, list + i - 1) == 0) ||
-            (i + 1 < count && compare_faces(list + i, list + i + 1) == 0))
-            suspects->bits[list[i].vertex / 64] |= UINT64_C(1) << (list[i].vertex % 64);
-    qni_free(context, list, count, sizeof *list);
-    return good;
-}
-
-/* What lies on lattice planes: nothing in most meshes, nearly all in some. */
-static bool take_planes(qn_context *context, const qn_mesh_view *mesh,
-                        const double to_lattice[3][4], qni_vertex_set *suspects) {
-    qni_bit_table once = {0, NULL}, twice = {0, NULL};
-    qni_vertex_set doubtful = {0, NULL};
-    const int64_t count = count_on_planes(context, mesh, to_lattice);
-    if (count == 0)
-        return true;
-    bool good = qni_table_alloc(context, BITS_A_VERTEX * count, &once) &&
-                qni_table_alloc(context, BITS_A_VERTEX * count, &twice) &&
-                qni_vertex_set_alloc(context, mesh->vertex_count, &doubtful, NULL) == QN_OK;
-    if (good) {
-        enter_faces(context, mesh, to_lattice, &once, &twice);
-        take_doubtful(context, mesh, to_lattice, &twice, &doubtful);
-        good = add_shared(context, mesh, to_lattice, &doubtful, suspects);
     }
-    if (doubtful.bits)
-        qni_vertex_set_free(context, &doubtful);
-    qni_table_free(context, &twice);
-    qni_table_free(context, &once);
-    return good;
+    return leaves;
+}
+
+static void enter_cells(const search *s) {
+    const int64_t count = s->mesh->vertex_count;
+#pragma omp parallel for schedule(static) num_threads(qn_context_threads(s->context))
+    for (int64_t word = 0; word <= count / WORD; ++word) {
+        last_leaf last = {0, NULL};
+        EACH_VERTEX_OF(word) {
+            const qni_cell *own = &s->cell_of[v];
+            const uint64_t key = qni_cell_key(own);
+            if (key != last.key)
+                last = (last_leaf){key, qni_cell_map_claim(&s->cells, key)};
+            if (qni_cell_add(&s->cells, last.leaf, QNI_CELL_USED, own))
+                qni_cell_add(&s->cells, last.leaf, QNI_CELL_SHARED, own);
+        }
+    }
+}
+
+/* Those of `from` whose cell is in the set, or with `without` those whose cell is not. */
+static void pick_by_cell(const search *s, const qni_vertex_set *from, qni_cell_set set,
+                         bool without, const qni_vertex_set *to) {
+#pragma omp parallel for schedule(static) num_threads(qn_context_threads(s->context))
+    for (int64_t word = 0; word <= from->count / WORD; ++word) {
+        last_leaf last = {0, NULL};
+        uint64_t bits = 0;
+        for (uint64_t left = from->bits[word]; left; left &= left - 1) {
+            const qni_cell *own = &s->cell_of[WORD * word + __builtin_ctzll(left)];
+            if (qni_cell_has(leaf_of(s, own, &last), set, own) != without)
+                bits |= left & -left;
+        }
+        to->bits[word] = bits;
+    }
+}
+
+/* Whether the quad's corners have the four cells round a lattice edge for themselves. */
+static bool has_its_cells(const search *s, const uint32_t *quad) {
+    const int32_t *at[4];
+    int32_t steps = 0;
+    for (int k = 0; k < 4; ++k) {
+        at[k] = s->cell_of[quad[k]].at;
+        if (!qni_in_set(&s->lone, quad[k]))
+            return false;
+    }
+    for (int a = 0; a < 3; ++a) {
+        const int32_t first = at[1][a] - at[0][a], second = at[2][a] - at[1][a];
+        if (at[3][a] - at[0][a] != second || first > 1 || first < -1 || second > 1 || second < -1)
+            return false;
+        steps += (first != 0) + 4 * (second != 0) + 16 * (first != 0 && second != 0);
+    }
+    return steps == 1 + 4; /* one along one axis, then one along another */
+}
+
+static bool is_suspect(const search *s, const uint32_t *quad) {
+    for (int k = 0; k < 4; ++k)
+        if (!qni_in_set(&s->out->sound, quad[k]))
+            return true;
+    return !has_its_cells(s, quad);
+}
+
+static void find_suspects(const search *s) {
+    const int64_t count = s->mesh->quad_count;
+#pragma omp parallel for schedule(static) num_threads(qn_context_threads(s->context))
+    for (int64_t word = 0; word <= count / WORD; ++word)
+        for (int64_t q = WORD * word; q < WORD * word + WORD && q < count; ++q)
+            s->out->quads.bits[word] |= (uint64_t)is_suspect(s, s->mesh->quads + 4 * q)
+                                        << (q % WORD);
+}
+
+/* ---- what is near suspects ------------------------------------------------------------------- */
+
+/* The cells that a quad's box meets, and the slab between two planes across it. */
+typedef struct extent {
+    int32_t low[3], high[3];
+    double direction[3], from, to;
+} extent;
+
+static extent extent_of(const search *s, const uint32_t *quad) {
+    double p[4][3];
+    extent e = {.from = INFINITY, .to = -INFINITY};
+    for (int k = 0; k < 4; ++k)
+        local_of(s, quad[k], p[k]);
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3, d = (a + 2) % 3;
+        e.direction[a] =
+            (p[2][b] - p[0][b]) * (p[3][d] - p[1][d]) - (p[2][d] - p[0][d]) * (p[3][b] - p[1][b]);
+        e.low[a] = floor_of(fmin(fmin(p[0][a], p[1][a]), fmin(p[2][a], p[3][a])) - margin);
+        e.high[a] = floor_of(fmax(fmax(p[0][a], p[1][a]), fmax(p[2][a], p[3][a])) + margin);
+    }
+    for (int k = 0; k < 4; ++k) {
+        const double along =
+            e.direction[0] * p[k][0] + e.direction[1] * p[k][1] + e.direction[2] * p[k][2];
+        e.from = along < e.from ? along : e.from;
+        e.to = along > e.to ? along : e.to;
+    }
+    return e;
+}
+
+static bool meets_slab(const extent *e, const int32_t at[3]) {
+    double middle = 0, half = margin;
+    for (int a = 0; a < 3; ++a) {
+        middle += e->direction[a] * (at[a] + 0.5);
+        half += fabs(e->direction[a]) * (0.5 + margin);
+    }
+    return middle + half >= e->from && middle - half <= e->to;
+}
+
+/* Quads that are not suspect have a corner in each of their cells, alone. At one that they share
+ * with this quad no two cross, since all of theirs are sound: its cell needs no mark. */
+static bool is_own(const search *s, const uint32_t *quad, const qni_cell *cell) {
+    for (int k = 0; k < 4; ++k)
+        if (memcmp(s->cell_of[quad[k]].at, cell->at, sizeof cell->at) == 0)
+            return qni_in_set(&s->lone, quad[k]);
+    return false;
+}
+
+static void mark_near(const search *s, const uint32_t *quad, last_leaf *last) {
+    const extent e = extent_of(s, quad);
+    qni_cell cell;
+    for (cell.at[2] = e.low[2]; cell.at[2] <= e.high[2]; ++cell.at[2])
+        for (cell.at[1] = e.low[1]; cell.at[1] <= e.high[1]; ++cell.at[1])
+            for (cell.at[0] = e.low[0]; cell.at[0] <= e.high[0]; ++cell.at[0]) {
+                qni_cell_leaf *leaf = leaf_of(s, &cell, last);
+                if (leaf && qni_cell_has(leaf, QNI_CELL_USED, &cell) && !is_own(s, quad, &cell) &&
+                    meets_slab(&e, cell.at))
+                    qni_cell_add(&s->cells, leaf, QNI_CELL_MARKED, &cell);
+            }
+}
+
+static void find_near(const search *s) {
+    const qni_vertex_set *quads = &s->out->quads;
+#pragma omp parallel for schedule(static) num_threads(qn_context_threads(s->context))
+    for (int64_t word = 0; word <= quads->count / WORD; ++word) {
+        last_leaf last = {0, NULL};
+        for (uint64_t left = quads->bits[word]; left; left &= left - 1)
+            mark_near(s, s->mesh->quads + 4 * (WORD * word + __builtin_ctzll(left)), &last);
+    }
+    pick_by_cell(s, &s->lone, QNI_CELL_MARKED, false, &s->out->near);
+}
+
+/* ---- all of it ------------------------------------------------------------------------------- */
+
+/* A cell's edge, about, in world units. */
+static double unit_of(const double m[3][4]) {
+    const double volume = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                          m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    return 1 / cbrt(fabs(volume));
+}
+
+static qn_status look_at_cells(search *s, qn_error *error) {
+    const int64_t count = s->mesh->vertex_count;
+    s->cell_of = qni_alloc(s->context, count, sizeof *s->cell_of);
+    if (!s->cell_of || qni_vertex_set_alloc(s->context, count, &s->lone, error) != QN_OK ||
+        !qni_cell_map_alloc(s->context, find_cells(s), &s->cells))
+        return qni_fail_memory(error, "the search for crossings");
+    enter_cells(s);
+    pick_by_cell(s, &s->lone, QNI_CELL_SHARED, true, &s->lone);
+    find_suspects(s);
+    s->out->count = qni_vertex_set_count(&s->out->quads);
+    if (s->out->count > 0)
+        find_near(s);
+    return QN_OK;
+}
+
+static qn_status alloc_sets(const search *s, qn_error *error) {
+    const int64_t count = s->mesh->vertex_count;
+    memset(s->out, 0, sizeof *s->out);
+    QN_TRY(qni_vertex_set_alloc(s->context, s->mesh->quad_count, &s->out->quads, error));
+    QN_TRY(qni_vertex_set_alloc(s->context, count, &s->out->near, error));
+    return qni_vertex_set_alloc(s->context, count, &s->out->sound, error);
+}
+
+void qni_suspects_free(qn_context *context, qni_suspects *suspects) {
+    qni_vertex_set_free(context, &suspects->quads);
+    qni_vertex_set_free(context, &suspects->near);
+    qni_vertex_set_free(context, &suspects->sound);
 }
 
 qn_status qni_untangle_suspects(qn_context *context, const qn_mesh_view *mesh,
-                                const double to_lattice[3][4], qni_vertex_set *suspects,
+                                const double to_lattice[3][4], qni_suspects *suspects,
                                 qn_error *error) {
-    QN_TRY(qni_vertex_set_alloc(context, mesh->vertex_count, suspects, error));
-    take_bent(context, mesh, suspects);
-    if (take_planes(context, mesh, to_lattice, suspects))
-        return QN_OK;
-    qni_vertex_set_free(context, suspects);
-    return qni_fail_memory(error, "the search for crossings");
+    search s = {.context = context, .mesh = mesh, .to_lattice = to_lattice, .out = suspects};
+    qn_status status = alloc_sets(&s, error);
+    if (status == QN_OK)
+        status = qni_untangle_sound(context, mesh, unit_of(to_lattice), &suspects->sound, error);
+    if (status == QN_OK)
+        status = look_at_cells(&s, error);
+    qni_cell_map_free(&s.cells);
+    qni_vertex_set_free(context, &s.lone);
+    qni_free(context, s.cell_of, mesh->vertex_count, sizeof *s.cell_of);
+    if (status != QN_OK)
+        qni_suspects_free(context, suspects);
+    return status;
 }

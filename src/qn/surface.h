@@ -22,11 +22,9 @@ typedef enum qn_topology {
 /* Faces of a dual mesh can cross each other where its cells are too coarse for the surface: several
  * sheets in a cell, samples at the iso-value, edges taken apart. */
 typedef enum qn_untangle {
-    QN_UNTANGLE_OFF,  /* every vertex stays where it was put, on the interpolant */
-    QN_UNTANGLE_NEAR, /* looks where faces are bent over or vertices share a lattice face, where
-                         nearly all crossings are; takes a fifth to a half of the surface's time on
-                         smooth data, several times it on noise */
-    QN_UNTANGLE_ALL   /* looks everywhere; takes ten times as long as the surface itself */
+    QN_UNTANGLE_OFF, /* every vertex stays where it was put, on the interpolant */
+    QN_UNTANGLE_ON,  /* finds all crossings: looks where they are not proved to be impossible */
+    QN_UNTANGLE_ALL  /* finds the same among all faces, to hold the proofs against; slower */
 } qn_untangle;
 
 /* Where to work. The result has the same bytes on either. */
