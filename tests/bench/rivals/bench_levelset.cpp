@@ -98,7 +98,7 @@ void run_band(const model &m, outcome *o) {
     qn_surface_options_init(&options);
     options.inside = QN_INSIDE_BELOW;
     options.skip_normals = true;
-    options.untangle = QN_UNTANGLE_NEAR;
+    options.untangle = QN_UNTANGLE_ON;
     must(qn_surface(m.context, volume, &options, &mesh, nullptr, &error), error);
     o->back = stretch.time();
     o->megabytes = stretch.megabytes();

@@ -69,7 +69,7 @@ qn_mesh *surface(qn_context *context, const qn_volume *volume, const job &j, boo
     options.isovalues = &j.iso;
     options.isovalue_count = 1;
     options.inside = inside;
-    options.untangle = QN_UNTANGLE_NEAR;
+    options.untangle = QN_UNTANGLE_ON;
     apart::must(qn_surface(context, volume, &options, &mesh, nullptr, &error), error);
     return mesh;
 }
