@@ -89,8 +89,8 @@ const cli_option_row cli_option_rows[] = {
     {OPTION_QUADS, 0, "quads", NULL, MESH, NULL, "quads (the default)"},
     {OPTION_TRIS, 0, "tris", NULL, MESH | CSG | REMESH | CONVERT, NULL, "triangles: each quad split so that its smallest angle is largest"},
     {OPTION_UNTANGLE, 0, "untangle", "on|off|all", MESH | CSG | REMESH, NULL,
-     "--mode dmc: on (the default) moves vertices off the surface, by some tenths of a voxel, where faces would cross each other; looked for "
-     "where it is likely; all looks everywhere, which takes much longer; off leaves every vertex on the surface"},
+     "--mode dmc: on (the default) moves vertices off the surface, by some tenths of a voxel, where faces would cross each other; all such places "
+     "are found; all does the same by looking everywhere, which takes much longer; off leaves every vertex on the surface"},
     {OPTION_SIMPLIFY, 0, "simplify", NULL, MESH, NULL,
      "remove quads of valences 3-X-3-Y and 3-3-3-3: fewer irregular vertices, the same topology"},
     {OPTION_SIMPLIFY_PASSES, 0, "simplify-passes", "N|paper", MESH, NULL,
