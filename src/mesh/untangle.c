@@ -151,9 +151,18 @@ static void move_all(mender *m) {
 
 /* ---- rounds ---------------------------------------------------------------------------------- */
 
+/* A vertex that was moved: where it was, and where it was in the best round. */
+typedef struct moved {
+    uint32_t vertex;
+    float before[3], best[3];
+} moved;
+
 typedef struct work {
     qn_context *context;
     qn_mesh *mesh; /* its places change */
+    moved *moves;
+    int64_t move_count, move_capacity;
+    qni_vertex_set touched; /* which vertices `moves` has */
     double to_lattice[3][4];
     double push;         /* world units along the normals, where a push is needed */
     uint8_t *marks;      /* [vertices of the mesh]: corners of crossing triangles */
@@ -216,26 +225,59 @@ static bool marks_left_core(const work *w) {
     return left;
 }
 
+/* Room for all that moves in a part. */
+static bool reserve_moves(work *w, int64_t more) {
+    const int64_t wanted = w->move_count + more;
+    if (wanted <= w->move_capacity)
+        return true;
+    moved *grown =
+        qni_realloc(w->context, w->moves, w->move_capacity, 2 * wanted, sizeof *w->moves);
+    if (!grown)
+        return false;
+    w->moves = grown;
+    w->move_capacity = 2 * wanted;
+    return true;
+}
+
+/* Remember where a vertex was before it moves for the first time. */
+static void touch(work *w, uint32_t vertex) {
+    moved *own = w->moves + w->move_count;
+    if (qni_in_set(&w->touched, vertex))
+        return;
+    w->touched.bits[vertex / 64] |= UINT64_C(1) << (vertex % 64);
+    own->vertex = vertex;
+    memcpy(own->before, w->mesh->positions + 3 * (size_t)vertex, sizeof own->before);
+    memcpy(own->best, own->before, sizeof own->best);
+    ++w->move_count;
+}
+
+/* The vertex of the mesh that a part of `whole` has at this place. */
+static uint32_t number_of(const work *w, const qni_mesh_part *part, int64_t v) {
+    return w->whole.vertices[part->vertices[v]];
+}
+
 /* Move what is marked and `width` rings of neighbours, and look what crosses then. Beyond the part
  * nothing changes, and all that crossed before is in it. */
 static qn_status mend_part(work *w, mender *m, int width, int64_t *left, qn_error *error) {
     const qni_mesh_part *part = &m->part;
     fill_fans(m);
-    const uint32_t *number = w->whole.vertices;
     for (int64_t v = 0; v < part->vertex_count; ++v) {
-        m->moving[v] = w->marks[number[part->vertices[v]]] ? QNI_WANTED : 0;
-        w->marks[number[part->vertices[v]]] = 0;
+        m->moving[v] = w->marks[number_of(w, part, v)] ? QNI_WANTED : 0;
+        w->marks[number_of(w, part, v)] = 0;
     }
     for (int n = 0; n < width; ++n)
         widen(m);
     move_all(m);
     QN_TRY(find_crossings(w->context, part, m->moving, m->scratch, left, error));
     for (int64_t v = 0; v < part->vertex_count; ++v) {
-        const size_t in_whole = part->vertices[v];
-        w->marks[number[in_whole]] = m->scratch[v];
-        memcpy(w->whole.positions + 3 * in_whole, part->positions + 3 * v, 3 * sizeof(float));
-        memcpy(w->mesh->positions + 3 * (size_t)number[in_whole], part->positions + 3 * v,
+        const uint32_t vertex = number_of(w, part, v);
+        w->marks[vertex] = m->scratch[v];
+        if (!m->moving[v])
+            continue;
+        touch(w, vertex);
+        memcpy(w->whole.positions + 3 * (size_t)part->vertices[v], part->positions + 3 * v,
                3 * sizeof(float));
+        memcpy(w->mesh->positions + 3 * (size_t)vertex, part->positions + 3 * v, 3 * sizeof(float));
     }
     return QN_OK;
 }
@@ -260,8 +302,9 @@ static qn_status one_round(work *w, int round, int64_t *left, qn_error *error) {
     if (farther || marks_left_core(w))
         QN_TRY(cut_whole(w, error));
     QN_TRY(cut_part(w, &m.part, error));
-    const qn_status status = alloc_mender(&m) ? mend_part(w, &m, width, left, error)
-                                              : qni_fail_memory(error, "mending crossings");
+    const qn_status status = alloc_mender(&m) && reserve_moves(w, m.part.vertex_count)
+                                 ? mend_part(w, &m, width, left, error)
+                                 : qni_fail_memory(error, "mending crossings");
     free_mender(&m);
     return status;
 }
@@ -309,20 +352,25 @@ static double length_in_cells(const double to_lattice[3][4], const float *from, 
     return sqrt(squares);
 }
 
-static void note_moves(const work *w, const float *before) {
+static void keep_best(const work *w) {
+    for (moved *own = w->moves; own < w->moves + w->move_count; ++own)
+        memcpy(own->best, w->mesh->positions + 3 * (size_t)own->vertex, sizeof own->best);
+}
+
+static void go_back_to_best(const work *w) {
     qni_untangle_report *report = w->report;
-    for (int64_t v = 0; v < w->mesh->vertex_count; ++v) {
-        const float *to = w->mesh->positions + 3 * v, *from = before + 3 * v;
-        if (memcmp(to, from, 3 * sizeof *to) == 0)
+    for (const moved *own = w->moves; own < w->moves + w->move_count; ++own) {
+        memcpy(w->mesh->positions + 3 * (size_t)own->vertex, own->best, sizeof own->best);
+        if (memcmp(own->before, own->best, sizeof own->best) == 0)
             continue;
-        report->farthest = fmax(report->farthest, length_in_cells(w->to_lattice, to, from));
+        report->farthest =
+            fmax(report->farthest, length_in_cells(w->to_lattice, own->best, own->before));
         ++report->moved_vertices;
     }
 }
 
 /* Rounds until nothing crosses, or it gets no better; the best round counts. */
-static qn_status run_rounds(work *w, float *best, qn_error *error) {
-    const size_t bytes = (size_t)w->mesh->vertex_count * 3 * sizeof *best;
+static qn_status run_rounds(work *w, qn_error *error) {
     int64_t now = w->report->crossings, *left = &w->report->crossings_left;
     for (int round = 0, since = 0; now > 0 && round < MOST_ROUNDS && since < PATIENCE; ++round) {
         QN_TRY(one_round(w, round, &now, error));
@@ -331,28 +379,19 @@ static qn_status run_rounds(work *w, float *best, qn_error *error) {
         if (now < *left) {
             *left = now;
             since = 0;
-            memcpy(best, w->mesh->positions, bytes);
+            keep_best(w);
         }
     }
-    memcpy(w->mesh->positions, best, bytes);
+    go_back_to_best(w);
     return QN_OK;
 }
 
 static qn_status mend(work *w, qn_error *error) {
-    const int64_t count = w->mesh->vertex_count;
-    float *before = qni_alloc(w->context, count, 3 * sizeof *before);
-    float *best = qni_alloc(w->context, count, 3 * sizeof *best);
-    qn_status status = before && best ? QN_OK : qni_fail_memory(error, "mending crossings");
-    if (status == QN_OK) {
-        memcpy(before, w->mesh->positions, (size_t)count * 3 * sizeof *before);
-        memcpy(best, before, (size_t)count * 3 * sizeof *best);
-        status = run_rounds(w, best, error);
-    }
-    if (status == QN_OK)
-        note_moves(w, before);
+    QN_TRY(qni_vertex_set_alloc(w->context, w->mesh->vertex_count, &w->touched, error));
+    const qn_status status = run_rounds(w, error);
     free_whole(w);
-    qni_free(w->context, best, count, 3 * sizeof *best);
-    qni_free(w->context, before, count, 3 * sizeof *before);
+    qni_free(w->context, w->moves, w->move_capacity, sizeof *w->moves);
+    qni_vertex_set_free(w->context, &w->touched);
     return status;
 }
 

@@ -23,19 +23,20 @@ typedef struct fan_search {
     qn_context *context;
     const qn_mesh_view *mesh;
     float unit; /* a cell's edge, about; world units */
-    bool alone; /* one thread: nothing is shared */
-    fan *fans;  /* [vertex_count] */
+    int32_t threads;
+    fan *fans;             /* [vertex_count] */
+    qni_vertex_set shared; /* quads at vertices of several threads */
 } fan_search;
 
-static inline void add_16(const fan_search *s, int16_t *to, int16_t more) {
-    if (s->alone)
-        *to = (int16_t)(*to + more);
-    else
+static inline void add_16(int16_t *to, int16_t more, bool shared) {
+    if (shared)
         __atomic_fetch_add(to, more, __ATOMIC_RELAXED);
+    else
+        *to = (int16_t)(*to + more);
 }
 
 /* Twice the quad's area as a vector, to each of its corners. */
-static void add_direction(const fan_search *s, const uint32_t *quad) {
+static void add_direction(const fan_search *s, const uint32_t *quad, bool shared) {
     const float scale = 128 / (s->unit * s->unit), most = 500, *p[4];
     float first[3], second[3];
     for (int k = 0; k < 4; ++k)
@@ -49,7 +50,7 @@ static void add_direction(const fan_search *s, const uint32_t *quad) {
         const float part = scale * (first[b] * second[d] - first[d] * second[b]);
         const int16_t bounded = (int16_t)(part > most ? most : part > -most ? part : -most);
         for (int k = 0; k < 4; ++k)
-            add_16(s, &s->fans[quad[k]].direction[a], bounded);
+            add_16(&s->fans[quad[k]].direction[a], bounded, shared);
     }
 }
 
@@ -125,33 +126,84 @@ static inline four_signs turns_of(const views *v) {
     return far & (ahead >= nothing) & (behind < nothing);
 }
 
-static void look_at_quad(const fan_search *s, const uint32_t *quad) {
+static void look_at_quad(const fan_search *s, const uint32_t *quad, bool shared) {
     const views v = views_of(s, quad);
     const four_signs folded = folded_of(&v), turns = turns_of(&v);
     const uint32_t mixed[4] = {mix(quad[0]), mix(quad[1]), mix(quad[2]), mix(quad[3])};
     for (int k = 0; k < 4; ++k) {
         fan *own = &s->fans[quad[k]];
         const uint32_t open = mixed[(k + 1) & 3] - mixed[(k + 3) & 3];
-        if (s->alone) {
-            own->folded = (uint8_t)(own->folded | -folded[k]);
-            own->turns = (uint8_t)(own->turns - turns[k]);
-            own->open += open;
-        } else {
+        if (shared) {
             __atomic_fetch_or(&own->folded, (uint8_t)-folded[k], __ATOMIC_RELAXED);
             __atomic_fetch_add(&own->turns, (uint8_t)-turns[k], __ATOMIC_RELAXED);
             __atomic_fetch_add(&own->open, open, __ATOMIC_RELAXED);
+        } else {
+            own->folded = (uint8_t)(own->folded | -folded[k]);
+            own->turns = (uint8_t)(own->turns - turns[k]);
+            own->open += open;
         }
     }
 }
 
-static void look_at_fans(const fan_search *s) {
+/* ---- all quads --------------------------------------------------------------------------------
+ */
+
+/* The quads of a thread, and the vertices that it has for itself: about those that the quads have,
+ * since both lie in the order of the leaves. */
+typedef struct share {
+    int64_t quad, end_quad, vertex, end_vertex;
+} share;
+
+/* The first quad of thread t, and the first vertex. */
+static void start_share(const fan_search *s, int64_t t, int64_t *quad, int64_t *vertex) {
     const qn_mesh_view *mesh = s->mesh;
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(s->context))
-    for (int64_t q = 0; q < mesh->quad_count; ++q)
-        add_direction(s, mesh->quads + 4 * q);
-#pragma omp parallel for schedule(static) num_threads(qn_context_threads(s->context))
-    for (int64_t q = 0; q < mesh->quad_count; ++q)
-        look_at_quad(s, mesh->quads + 4 * q);
+    *quad = mesh->quad_count / WORD * t / s->threads * WORD;
+    *vertex = t == 0 ? 0 : mesh->quads[4 * *quad + 2];
+    if (t == s->threads) {
+        *quad = mesh->quad_count;
+        *vertex = mesh->vertex_count;
+    }
+}
+
+static share share_of(const fan_search *s, int64_t t) {
+    share own;
+    start_share(s, t, &own.quad, &own.vertex);
+    start_share(s, t + 1, &own.end_quad, &own.end_vertex);
+    for (int64_t before = 0; before < t; ++before) { /* a vertex is nobody else's */
+        int64_t quad, vertex;
+        start_share(s, before, &quad, &vertex);
+        own.vertex = vertex > own.vertex ? vertex : own.vertex;
+    }
+    own.end_vertex = own.vertex > own.end_vertex ? own.vertex : own.end_vertex;
+    return own;
+}
+
+static inline bool has_all(const share *own, const uint32_t *quad) {
+    bool all = true;
+    for (int k = 0; k < 4; ++k)
+        all = all && quad[k] >= own->vertex && quad[k] < own->end_vertex;
+    return all;
+}
+
+typedef void look_at(const fan_search *s, const uint32_t *quad, bool shared);
+
+/* First each thread looks at quads whose corners are all its own, then all at the others. */
+static void look_at_all(const fan_search *s, look_at *look) {
+    const uint32_t *quads = s->mesh->quads;
+    const int32_t threads = s->threads;
+#pragma omp parallel for schedule(static, 1) num_threads(threads)
+    for (int32_t t = 0; t < threads; ++t) {
+        const share own = share_of(s, t);
+        for (int64_t q = own.quad; q < own.end_quad; ++q)
+            if (has_all(&own, quads + 4 * q))
+                look(s, quads + 4 * q, false);
+            else
+                s->shared.bits[q / WORD] |= UINT64_C(1) << (q % WORD);
+    }
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int64_t word = 0; word <= s->shared.count / WORD; ++word)
+        for (uint64_t left = s->shared.bits[word]; left; left &= left - 1)
+            look(s, quads + 4 * (WORD * word + __builtin_ctzll(left)), true);
 }
 
 static void note_sound(const fan_search *s, const qni_vertex_set *sound) {
@@ -167,12 +219,20 @@ static void note_sound(const fan_search *s, const qni_vertex_set *sound) {
 
 qn_status qni_untangle_sound(qn_context *context, const qn_mesh_view *mesh, double unit,
                              const qni_vertex_set *sound, qn_error *error) {
-    fan_search s = {context, mesh, (float)unit, qn_context_threads(context) == 1, NULL};
+    fan_search s = {.context = context,
+                    .mesh = mesh,
+                    .unit = (float)unit,
+                    .threads = qn_context_threads(context)};
     s.fans = qni_alloc_zero(context, mesh->vertex_count, sizeof *s.fans);
-    if (!s.fans)
-        return qni_fail_memory(error, "the search for crossings");
-    look_at_fans(&s);
-    note_sound(&s, sound);
+    qn_status status = qni_vertex_set_alloc(context, mesh->quad_count, &s.shared, error);
+    if (status == QN_OK && !s.fans)
+        status = qni_fail_memory(error, "the search for crossings");
+    if (status == QN_OK) {
+        look_at_all(&s, add_direction);
+        look_at_all(&s, look_at_quad);
+        note_sound(&s, sound);
+    }
+    qni_vertex_set_free(context, &s.shared);
     qni_free(context, s.fans, mesh->vertex_count, sizeof *s.fans);
-    return QN_OK;
+    return status;
 }
