@@ -157,12 +157,9 @@ typedef struct share {
 /* The first quad of thread t, and the first vertex. */
 static void start_share(const fan_search *s, int64_t t, int64_t *quad, int64_t *vertex) {
     const qn_mesh_view *mesh = s->mesh;
-    *quad = mesh->quad_count / WORD * t / s->threads * WORD;
-    *vertex = t == 0 ? 0 : mesh->quads[4 * *quad + 2];
-    if (t == s->threads) {
-        *quad = mesh->quad_count;
-        *vertex = mesh->vertex_count;
-    }
+    const bool is_end = t == s->threads;
+    *quad = is_end ? mesh->quad_count : mesh->quad_count / WORD * t / s->threads * WORD;
+    *vertex = is_end ? mesh->vertex_count : t == 0 ? 0 : mesh->quads[4 * *quad + 2];
 }
 
 static share share_of(const fan_search *s, int64_t t) {
