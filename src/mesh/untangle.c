@@ -27,7 +27,7 @@ static qn_mesh_view view_of(const qni_mesh_part *part) {
     return view;
 }
 
-/* The crossing pairs of a part that have a wanted corner (NULL: any); `marks` become those of their
+/* The crossing pairs of a part that are wanted (box_tree.h); `marks` become those of their
  * triangles' corners. */
 static qn_status find_crossings(qn_context *context, const qni_mesh_part *part,
                                 const uint8_t *wanted, uint8_t *marks, int64_t *count_out,
@@ -422,7 +422,9 @@ static qn_status search_suspects(const work *w, const qn_mesh_view *mesh, qn_err
     qni_mesh_part part;
     QN_TRY(qni_untangle_suspects(w->context, mesh, w->to_lattice, &suspects, error));
     qn_status status = QN_OK;
-    if (suspects.count > 0)
+    if (suspects.too_large)
+        status = qni_mesh_part_all(w->context, mesh, &part, error);
+    else if (suspects.count > 0)
         status = qni_mesh_part_of(w->context, mesh, &suspects.quads, &suspects.near, &part, error);
     if (suspects.count > 0 && status == QN_OK) {
         status = search_part(w, &part, &suspects.sound, error);

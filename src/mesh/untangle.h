@@ -11,8 +11,8 @@ typedef struct qni_untangle_options {
                             * and faces reach from a cell to its neighbours only; invertible */
     bool gives_inward;     /* sheets that lie on each other have the outside between them, not the
                             * inside */
-    bool everywhere;       /* look for crossings among all faces, not only near cells with several
-                            * vertices and near vertices on lattice edges */
+    bool everywhere;       /* look for crossings among all faces, not only where they are not proved
+                            * to be impossible */
 } qni_untangle_options;
 
 typedef struct qni_untangle_report {
@@ -65,6 +65,7 @@ qn_status qni_untangle_sound(qn_context *context, const qn_mesh_view *mesh, doub
 /* Where crossings can be: all else is proved to have none (untangle_suspects.c). */
 typedef struct qni_suspects {
     int64_t count;
+    bool too_large;       /* a quad is: look everywhere */
     qni_vertex_set quads; /* of two that cross one is here, */
     qni_vertex_set near;  /* and the other one, too, or it has a corner here */
     qni_vertex_set sound; /* vertices at which no two quads cross */

@@ -145,8 +145,7 @@ static void look_at_quad(const fan_search *s, const uint32_t *quad, bool shared)
     }
 }
 
-/* ---- all quads --------------------------------------------------------------------------------
- */
+/* ---- all quads ------------------------------------------------------------------------------- */
 
 /* The quads of a thread, and the vertices that it has for itself: about those that the quads have,
  * since both lie in the order of the leaves. */

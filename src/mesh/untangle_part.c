@@ -34,9 +34,8 @@ static void block_of(const double to_lattice[3][4], const float *position, int s
                      int64_t block[3]) {
     double local[3];
     qni_local_place(to_lattice, position, local);
-    const double offset = 0x1p41; /* what is on no lattice has been put at 0 */
     for (int a = 0; a < 3; ++a)
-        block[a] = (int64_t)(local[a] / side + offset) - (INT64_C(1) << 41);
+        block[a] = qni_local_floor(local[a] / side);
 }
 
 /* The blocks round every vertex of the set. */

@@ -12,11 +12,12 @@
 #include "core/status.h"
 #include "mesh/cell_map.h"
 #include "mesh/untangle.h"
+#include "mesh/untangle_table.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { WORD = 64 };
+enum { WORD = 64, MOST_CELLS = 16 };
 
 /* In lattice cells: far more than rounding moves a vertex, far less than matters. */
 static const double margin = 1e-6;
@@ -37,19 +38,8 @@ typedef struct search {
 
 /* ---- cells ----------------------------------------------------------------------------------- */
 
-/* Rounds down what is on any lattice. */
-static inline int32_t floor_of(double local) {
-    return (int32_t)((int64_t)(local + 0x1p30) - (INT64_C(1) << 30));
-}
-
 static void local_of(const search *s, int64_t vertex, double local[3]) {
-    const float *p = s->mesh->positions + 3 * vertex;
-    for (int a = 0; a < 3; ++a) {
-        const double *row = s->to_lattice[a];
-        const double at =
-            (row[0] * (double)p[0] + row[1] * (double)p[1]) + (row[2] * (double)p[2] + row[3]);
-        local[a] = fabs(at) < 0x1p29 ? at : 0; /* also what is no number */
-    }
+    qni_local_place(s->to_lattice, s->mesh->positions + 3 * vertex, local);
 }
 
 /* The vertex' cell. False unless it lies well inside. */
@@ -58,7 +48,7 @@ static bool cell_of(const search *s, int64_t vertex, qni_cell *own) {
     int well = 1;
     local_of(s, vertex, local);
     for (int a = 0; a < 3; ++a) {
-        own->at[a] = floor_of(local[a]);
+        own->at[a] = qni_local_floor(local[a]);
         const double part = local[a] - own->at[a];
         well &= (part > margin) & (part < 1 - margin);
     }
@@ -182,8 +172,8 @@ static extent extent_of(const search *s, const uint32_t *quad) {
         const int b = (a + 1) % 3, d = (a + 2) % 3;
         e.direction[a] =
             (p[2][b] - p[0][b]) * (p[3][d] - p[1][d]) - (p[2][d] - p[0][d]) * (p[3][b] - p[1][b]);
-        e.low[a] = floor_of(fmin(fmin(p[0][a], p[1][a]), fmin(p[2][a], p[3][a])) - margin);
-        e.high[a] = floor_of(fmax(fmax(p[0][a], p[1][a]), fmax(p[2][a], p[3][a])) + margin);
+        e.low[a] = qni_local_floor(fmin(fmin(p[0][a], p[1][a]), fmin(p[2][a], p[3][a])) - margin);
+        e.high[a] = qni_local_floor(fmax(fmax(p[0][a], p[1][a]), fmax(p[2][a], p[3][a])) + margin);
     }
     for (int k = 0; k < 4; ++k) {
         const double along =
@@ -212,9 +202,21 @@ static bool is_own(const search *s, const uint32_t *quad, const qni_cell *cell) 
     return false;
 }
 
+/* Quads of a lattice meet a few cells; others are not worth it. */
+static bool is_large(const extent *e) {
+    bool large = false;
+    for (int a = 0; a < 3; ++a)
+        large = large || e->high[a] - e->low[a] > MOST_CELLS;
+    return large;
+}
+
 static void mark_near(const search *s, const uint32_t *quad, last_leaf *last) {
     const extent e = extent_of(s, quad);
     qni_cell cell;
+    if (is_large(&e)) {
+        __atomic_store_n(&s->out->too_large, true, __ATOMIC_RELAXED);
+        return;
+    }
     for (cell.at[2] = e.low[2]; cell.at[2] <= e.high[2]; ++cell.at[2])
         for (cell.at[1] = e.low[1]; cell.at[1] <= e.high[1]; ++cell.at[1])
             for (cell.at[0] = e.low[0]; cell.at[0] <= e.high[0]; ++cell.at[0]) {

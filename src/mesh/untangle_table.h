@@ -8,17 +8,20 @@
 
 #include <math.h>
 
-/* A vertex in lattice coordinates; all that is not a place on any lattice is put at 0. */
+/* A vertex in lattice coordinates; what is not a place on any lattice is put at 0. */
 static inline void qni_local_place(const double to_lattice[3][4], const float *position,
                                    double local[3]) {
-    const double far = 0x1p40;
     for (int a = 0; a < 3; ++a) {
         const double *row = to_lattice[a];
-        local[a] = row[0] * (double)position[0] + row[1] * (double)position[1] +
-                   row[2] * (double)position[2] + row[3];
-        if (!(fabs(local[a]) < far))
-            local[a] = 0;
+        const double at = (row[0] * (double)position[0] + row[1] * (double)position[1]) +
+                          (row[2] * (double)position[2] + row[3]);
+        local[a] = fabs(at) < 0x1p29 ? at : 0;
     }
+}
+
+/* Rounds such a coordinate down, or one that was divided. */
+static inline int32_t qni_local_floor(double local) {
+    return (int32_t)((int64_t)(local + 0x1p30) - (INT64_C(1) << 30));
 }
 
 static inline uint64_t qni_mix_place(const int64_t at[3]) {

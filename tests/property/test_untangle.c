@@ -194,7 +194,7 @@ static int64_t crossings_in(qn_context *context, const hand_made *made, bool eve
 /* Each is seen by one condition of the proofs alone. */
 static void made_crossings_are_found(void **state) {
     (void)state;
-    static hand_made made[4];
+    static hand_made made[5];
     qn_context *context = test_context(1);
     memset(made, 0, sizeof made);
     add_sheet(made, 0.5, 0.5, 0); /* two sheets that share their cells */
@@ -207,10 +207,18 @@ static void made_crossings_are_found(void **state) {
     add_quad(made + 1, low, low + 1, low + 2, low + 3);
     add_double_fan(made + 2);
     add_sheet(made + 3, 0.5, 0.5, 0.05); /* and none */
-    for (int n = 0; n < 4; ++n) {
+    add_sheet(made + 4, 0.5, 0.5, 0);    /* a quad that meets more cells than can be walked over */
+    const uint32_t far = add_vertex(made + 4, -3e8, 5.2, -3e8);
+    add_vertex(made + 4, 3e8, 5.7, -3e8);
+    add_vertex(made + 4, 3e8, 5.7, 3e8);
+    add_vertex(made + 4, NAN, 5.2, 3e8);
+    add_vertex(made + 4, -3e8, 5.2, 3e8);
+    add_quad(made + 4, far, far + 1, far + 2, far + 3);
+    add_quad(made + 4, far, far + 1, far + 2, far + 4);
+    for (int n = 0; n < 5; ++n) {
         const int64_t all = crossings_in(context, made + n, true);
         assert_int_equal(crossings_in(context, made + n, false), all);
-        assert_int_equal(all > 0, n < 3);
+        assert_int_equal(all > 0, n != 3);
     }
     test_context_end(context);
 }
