@@ -121,26 +121,24 @@ static bool may_matter(const qni_around *around, const uint32_t corner[4], int k
     return before == 3 || before >= 5 || after == 3 || after >= 5;
 }
 
-/* `shrunk`: the vertices are the corners of these quads, four each, which are suspect already. */
+/* `shrunk`: the vertices are the corners of these quads, four each, which are suspect already.
+ * `merged`: vertices that came up to valence 4. */
 static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
-                               const qni_numbers *shrunk, bool middles, qn_error *error) {
+                               const qni_numbers *shrunk, const qni_numbers *merged,
+                               qn_error *error) {
     enum { AHEAD = 6 };
     qni_numbers more = {0};
     bool good = true;
+    for (int64_t n = 0; n < merged->count && good; ++n)
+        good = list_middles(job, merged->items[n], &more);
     for (int64_t n = 0; n < vertices->count && good; ++n) {
         const uint32_t vertex = vertices->items[n];
         if (n + AHEAD < vertices->count &&
             qni_valence_now(&job->around, vertices->items[n + AHEAD]) <= 4)
             qni_expect_vertex(&job->around, vertices->items[n + AHEAD]);
-        const int valence = job->around.valence[vertex] == QNI_VALENCE_GONE
-                                ? 0
-                                : qni_valence_now(&job->around, vertex);
-        if (valence == 3 && shrunk && !may_matter(&job->around, vertices->items + n / 4 * 4, n & 3))
-            continue;
-        if (valence == 3)
+        if (qni_valence_now(&job->around, vertex) == 3 &&
+            (!shrunk || may_matter(&job->around, vertices->items + n / 4 * 4, n & 3)))
             good = list_round(job, vertex, shrunk ? shrunk->items[n / 4] : QNI_UNPAIRED, &more);
-        else if (valence == 4 && middles)
-            good = list_middles(job, vertex, &more);
     }
     good = good && add_suspects(job, &more);
     qni_numbers_free(job->context, &more);
@@ -149,7 +147,8 @@ static qn_status suspect_round(qni_simplifier *job, const qni_numbers *vertices,
 
 qn_status qni_simplify_suspect_round(qni_simplifier *job, const qni_numbers *vertices,
                                      qn_error *error) {
-    return suspect_round(job, vertices, NULL, false, error);
+    const qni_numbers none = {0};
+    return suspect_round(job, vertices, NULL, &none, error);
 }
 
 /* ---- carrying out ---------------------------------------------------------------------------- */
@@ -191,11 +190,10 @@ static bool merge(qni_simplifier *job, const qni_candidate *item, qni_numbers *c
     if (job->mesh->twins)
         qni_close_merge(job->mesh->twins, job->mesh->vertex_halfedges, 4 * item->quad + item->first,
                         a, x, y);
-    const uint32_t touched[3] = {a, x, y};
     placing->merged[placing->count++] = (qni_merged){a, b, x, y};
     ++job->report.merged_quads;
-    memcpy(changed->items + changed->count, touched, sizeof touched);
-    changed->count += 3;
+    changed->items[changed->count++] = x;
+    changed->items[changed->count++] = y;
     job->kept.items[job->kept.count++] = a;
     return true;
 }
@@ -228,10 +226,11 @@ static bool shrink(qni_simplifier *job, const qni_candidate *item, qni_numbers *
  */
 static qn_status carry_out(qni_simplifier *job, const qni_candidates *all, bool rings,
                            qn_error *error) {
-    qni_numbers changed = {0}, more = {0}, shrunk = {0};
+    qni_numbers changed = {0}, more = {0}, shrunk = {0}, merged = {0};
     qni_placing placing;
     qn_status status = QN_OK;
     placing.count = 0;
+    const int64_t kept_before = job->kept.count;
     const bool good = qni_numbers_reserve(job->context, &changed, 4 * all->count) &&
                       qni_numbers_reserve(job->context, &more, all->count) &&
                       qni_numbers_reserve(job->context, &shrunk, rings ? all->count : 0) &&
@@ -252,10 +251,13 @@ static qn_status carry_out(qni_simplifier *job, const qni_candidates *all, bool 
             status = qni_around_note(&job->around, item->corner[k], item->quad, error);
     }
     place_merged(job, &placing);
+    if (job->kept.count > kept_before)
+        merged = (qni_numbers){.items = job->kept.items + kept_before,
+                               .count = job->kept.count - kept_before};
     if (status == QN_OK && !add_suspects(job, &more))
         status = qni_fail_memory(error, "the list of quads to remove");
     if (status == QN_OK)
-        status = suspect_round(job, &changed, rings ? &shrunk : NULL, !rings, error);
+        status = suspect_round(job, &changed, rings ? &shrunk : NULL, &merged, error);
     qni_simplify_note_memory(job);
     qni_numbers_free(job->context, &changed);
     qni_numbers_free(job->context, &more);
