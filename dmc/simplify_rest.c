@@ -12,7 +12,7 @@
 
 /* ---- looking at all suspects ----------------------------------------------------------------- */
 
-static int compare_turns(const void *first, const void *second) {
+static inline int compare_turns(const void *first, const void *second) {
     const qni_candidate *a = first, *b = second;
     return a->turn < b->turn ? -1 : a->turn > b->turn;
 }
@@ -60,7 +60,7 @@ static bool look_at_suspects(qni_simplifier *job, bool rings, qni_candidates *al
 
 /* ---- what becomes suspect -------------------------------------------------------------------- */
 
-static int compare_numbers(const void *first, const void *second) {
+static inline int compare_numbers(const void *first, const void *second) {
     const uint32_t a = *(const uint32_t *)first, b = *(const uint32_t *)second;
     return a < b ? -1 : a > b;
 }
