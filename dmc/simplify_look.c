@@ -108,31 +108,41 @@ static void make_guess(const qni_around *around, uint32_t quad, ring_guess *gues
         __builtin_prefetch(around->mesh->quads + 4 * (size_t)guess->ring[n]);
 }
 
+/* Which of the quad's corners another one has, one bit each; without branches. */
+static unsigned corners_of(const uint32_t other[4], const uint32_t corner[4]) {
+    unsigned bits = 0;
+    for (int k = 0; k < 4; ++k)
+        bits |= (unsigned)((other[0] == corner[k]) | (other[1] == corner[k]) |
+                           (other[2] == corner[k]) | (other[3] == corner[k]))
+                << k;
+    return bits;
+}
+
 /* Quads with two neighbouring corners each make it sure, since no more than three quads meet at a
  * corner. False when they do not. */
 static bool try_guess(const qni_around *around, const uint32_t corner[4], const ring_guess *guess,
                       qni_candidate *item, uint32_t ring_corner[4][4]) {
-    uint32_t of[4][4];
-    const uint32_t *found = guess->ring;
+    enum { NONE = 4 };
+    static const uint8_t side_of_bits[16] = {NONE, NONE, NONE, 0,    NONE, NONE, 1,    NONE,
+                                             NONE, 3,    NONE, NONE, 2,    NONE, NONE, NONE};
+    unsigned sides = 0;
     if (!guess->made)
         return false;
     item->beyond = guess->beyond;
     for (int n = 0; n < 4; ++n) {
-        if (around->colour[found[n]] == QNI_QUAD_GONE)
+        const uint32_t quad = guess->ring[n];
+        uint32_t own[4];
+        if (around->colour[quad] == QNI_QUAD_GONE)
             return false;
-        qni_corners_now(around, found[n], of[n]);
-    }
-    for (int k = 0; k < 4; ++k) {
-        int n = 0;
-        while (n < 4 &&
-               !(qni_has_corner(of[n], corner[k]) && qni_has_corner(of[n], corner[(k + 1) & 3])))
-            ++n;
-        if (n == 4)
+        qni_corners_now(around, quad, own);
+        const unsigned side = side_of_bits[corners_of(own, corner)];
+        if (side == NONE)
             return false;
-        item->ring[k] = found[n];
-        memcpy(ring_corner[k], of[n], sizeof of[n]);
+        sides |= 1u << side;
+        item->ring[side] = quad;
+        memcpy(ring_corner[side], own, sizeof own);
     }
-    return true;
+    return sides == 15;
 }
 
 static bool ask_for_ring(const qni_around *around, const uint32_t corner[4], qni_candidate *item,
@@ -153,6 +163,21 @@ static bool ask_for_ring(const qni_around *around, const uint32_t corner[4], qni
     return true;
 }
 
+/* A ring's quad runs along its side against the quad in the middle: from the side's second corner to
+ * the first, then outside from the first to the second. */
+static void find_outer_corners(const uint32_t corner[4], const uint32_t ring_corner[4][4],
+                               uint32_t outer[4]) {
+    uint32_t first[4], second[4];
+    for (int k = 0; k < 4; ++k) {
+        const uint32_t *own = ring_corner[k];
+        const int at = (own[1] == corner[k]) + 2 * (own[2] == corner[k]) + 3 * (own[3] == corner[k]);
+        first[k] = own[(at + 1) & 3];
+        second[(k + 1) & 3] = own[(at + 2) & 3];
+    }
+    for (int k = 0; k < 4; ++k)
+        outer[k] = first[k] == second[k] ? first[k] : QNI_UNPAIRED;
+}
+
 /* The quads of the ring, by the side of the quad in its middle, and its outer corners. */
 static bool find_ring(const qni_around *around, const uint32_t corner[4], const ring_guess *guess,
                       qni_candidate *item) {
@@ -160,8 +185,7 @@ static bool find_ring(const qni_around *around, const uint32_t corner[4], const 
     item->guessed = try_guess(around, corner, guess, item, ring_corner);
     if (!item->guessed && !ask_for_ring(around, corner, item, ring_corner))
         return false;
-    for (int k = 0; k < 4; ++k)
-        item->corner[k] = qni_shared_corner(ring_corner[(k + 3) & 3], ring_corner[k], corner[k]);
+    find_outer_corners(corner, ring_corner, item->corner);
     return true;
 }
 
