@@ -15,7 +15,7 @@ typedef struct qni_leaf_index {
     uint32_t *vertex_start, *quad_start; /* [leaves + 1] */
     uint32_t *hint;                      /* [vertices / 64 + 1]: a leaf at or before vertex 64 n */
     uint32_t *row;                       /* [leaves] */
-    uint32_t *first;                     /* [rows]: the row's first leaf */
+    struct qni_leaf_row *rows;           /* [rows] */
     struct qni_leaf_place *place;        /* [leaves] */
     const uint32_t *quads;               /* the mesh's */
     int64_t rewritten_count;

@@ -18,6 +18,14 @@ typedef struct qni_leaf_place {
     const qni_multi_cell *multis;
 } qni_leaf_place;
 
+/* A row of leaves. */
+typedef struct qni_leaf_row {
+    int32_t yz[2];     /* leaf coordinates */
+    uint32_t first;    /* leaf */
+    int32_t first_x;   /* its coordinate */
+    uint64_t presence; /* bit n: there is a leaf at first_x + n */
+} qni_leaf_row;
+
 static int64_t hints_of(const qni_dmc *dmc) {
     return (dmc->vertex_count >> HINT_BITS) + 1;
 }
@@ -26,8 +34,13 @@ static void list_leaves(const qni_dmc *dmc, qni_leaf_index *index) {
     int64_t leaf = 0, hints = 0;
     for (int64_t r = 0; r < dmc->row_count; ++r) {
         const qni_dmc_row *row = dmc->rows + r;
-        index->first[r] = (uint32_t)leaf;
+        qni_leaf_row *out = index->rows + r;
+        *out = (qni_leaf_row){.first = (uint32_t)leaf,
+                              .first_x = row->leaf_count > 0 ? row->leaves[0].x : 0};
+        qni_field_row_leaf(&dmc->field, r, out->yz);
         for (int32_t n = 0; n < row->leaf_count; ++n, ++leaf) {
+            const int64_t along = (int64_t)row->leaves[n].x - out->first_x;
+            out->presence |= along < 64 ? UINT64_C(1) << along : 0;
             const uint32_t start = (uint32_t)(row->vertex_base + row->leaves[n].vertex_base);
             index->vertex_start[leaf] = start;
             index->quad_start[leaf] = (uint32_t)(row->quad_base + row->leaves[n].quad_base);
@@ -64,11 +77,11 @@ qn_status qni_leaf_index_build(const qni_dmc *dmc, const qn_mesh *mesh, qni_leaf
     index->quad_start = qni_alloc(dmc->context, index->leaves + 1, sizeof *index->quad_start);
     index->row = qni_alloc(dmc->context, index->leaves, sizeof *index->row);
     index->place = qni_alloc(dmc->context, index->leaves, sizeof *index->place);
-    index->first = qni_alloc(dmc->context, dmc->row_count, sizeof *index->first);
+    index->rows = qni_alloc(dmc->context, dmc->row_count, sizeof *index->rows);
     index->hint = qni_alloc(dmc->context, hints_of(dmc), sizeof *index->hint);
     index->rewritten = qni_alloc(dmc->context, index->rewritten_count, sizeof *index->rewritten);
     if (!index->vertex_start || !index->quad_start || !index->row || !index->place ||
-        !index->first || !index->hint || !index->rewritten) {
+        !index->rows || !index->hint || !index->rewritten) {
         qni_leaf_index_free(dmc, index);
         return qni_fail_memory(error, "the index of leaves");
     }
@@ -82,7 +95,7 @@ void qni_leaf_index_free(const qni_dmc *dmc, qni_leaf_index *index) {
     qni_free(dmc->context, index->quad_start, index->leaves + 1, sizeof *index->quad_start);
     qni_free(dmc->context, index->row, index->leaves, sizeof *index->row);
     qni_free(dmc->context, index->place, index->leaves, sizeof *index->place);
-    qni_free(dmc->context, index->first, dmc->row_count, sizeof *index->first);
+    qni_free(dmc->context, index->rows, dmc->row_count, sizeof *index->rows);
     qni_free(dmc->context, index->hint, hints_of(dmc), sizeof *index->hint);
     qni_free(dmc->context, index->rewritten, index->rewritten_count, sizeof *index->rewritten);
     memset(index, 0, sizeof *index);
@@ -160,21 +173,9 @@ static int64_t leaf_of(const qni_leaf_index *index, uint32_t vertex) {
     return leaf;
 }
 
-/* The leaf so many further along each axis, or -1. */
-static int64_t leaf_beside(const qni_leaf_index *index, int64_t leaf, int along_x, int along_y,
-                           int along_z) {
-    const qni_dmc *dmc = index->dmc;
-    const int64_t own_row = index->row[leaf];
-    const int32_t x = index->place[leaf].leaf->x + along_x;
-    int64_t there = own_row;
-    if (along_y || along_z) {
-        int32_t yz[2];
-        qni_field_row_leaf(&dmc->field, own_row, yz);
-        there = qni_field_find_row(&dmc->field, yz[0] + along_y, yz[1] + along_z);
-        if (there < 0)
-            return -1;
-    }
-    const qni_dmc_row *row = dmc->rows + there;
+/* The leaf of a row at x, or -1; from its 65th place on. */
+static int64_t search_row(const qni_leaf_index *index, int64_t row_number, int64_t x) {
+    const qni_dmc_row *row = index->dmc->rows + row_number;
     int32_t low = 0, high = row->leaf_count;
     while (low < high) {
         const int32_t middle = low + (high - low) / 2;
@@ -183,8 +184,29 @@ static int64_t leaf_beside(const qni_leaf_index *index, int64_t leaf, int along_
         else
             high = middle;
     }
-    return low < row->leaf_count && row->leaves[low].x == x ? (int64_t)index->first[there] + low
-                                                            : -1;
+    return low < row->leaf_count && row->leaves[low].x == x
+               ? (int64_t)index->rows[row_number].first + low
+               : -1;
+}
+
+/* The leaf so many further along each axis, or -1. */
+static int64_t leaf_beside(const qni_leaf_index *index, int64_t leaf, int along_x, int along_y,
+                           int along_z) {
+    const qni_dmc *dmc = index->dmc;
+    int64_t there = index->row[leaf];
+    const int64_t x = (int64_t)index->place[leaf].leaf->x + along_x;
+    if (along_y || along_z) {
+        const int32_t *yz = index->rows[there].yz;
+        there = qni_field_find_row(&dmc->field, (int64_t)yz[0] + along_y, (int64_t)yz[1] + along_z);
+        if (there < 0)
+            return -1;
+    }
+    const qni_leaf_row *row = index->rows + there;
+    const int64_t bit = x - row->first_x;
+    if (bit < 0 || bit >= 64)
+        return bit < 0 ? -1 : search_row(index, there, x);
+    return row->presence >> bit & 1 ? (int64_t)row->first + count_bits(row->presence & below((int)bit))
+                                    : -1;
 }
 
 /* The leaf one higher along the axes in `shift` (bit 0 x, 1 y, 2 z), or -1. */
