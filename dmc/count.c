@@ -28,6 +28,7 @@ typedef struct worker {
     int64_t rim_count, rim_capacity;
     uint8_t *valences; /* of the row's vertices: how many edges their polygons have */
     int64_t valence_count, valence_capacity;
+    qni_pool *kept, *kept_valences; /* what the rows have of it */
     qni_dmc_tally tally;
     uint8_t simple[256];  /* qni_case_is_simple(), looked up */
     uint8_t crossed[256]; /* edges of a case */
@@ -208,8 +209,9 @@ static int64_t count_mixed(const qni_field *field, const qni_scan *scan, int32_t
 }
 
 /* A copy of what a worker gathered; NULL for nothing, and when there is no memory. */
-static void *keep(qn_context *context, const void *items, int64_t count, size_t size) {
-    void *copy = count ? qni_alloc(context, count, size) : NULL;
+static void *keep(qn_context *context, qni_pool *pool, const void *items, int64_t count,
+                  size_t size) {
+    void *copy = count ? qni_pool_take(context, pool, count, size) : NULL;
     if (copy)
         memcpy(copy, items, (size_t)count * size);
     return copy;
@@ -226,12 +228,12 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     w->valence_count = 0;
     if (mixed == 0)
         return true;
-    row->leaves = qni_alloc(dmc->context, mixed, sizeof *row->leaves);
+    row->leaves = qni_pool_take(dmc->context, w->kept, mixed, sizeof *row->leaves);
     if (!row->leaves)
         return false;
     row->leaf_count = (int32_t)mixed;
     if ((dmc->with_halfedges || dmc->with_valences) &&
-        !(row->quads = qni_alloc(dmc->context, mixed, sizeof *row->quads)))
+        !(row->quads = qni_pool_take(dmc->context, w->kept, mixed, sizeof *row->quads)))
         return false;
     qni_field_row_leaf(&dmc->field, index, leaf + 1);
     int64_t n = 0;
@@ -248,11 +250,11 @@ static bool count_row(qni_dmc *dmc, int64_t index, int32_t band_row, worker *w) 
     row->doubled_count = (int32_t)w->doubled_count;
     row->tunnel_count = (int32_t)w->tunnel_count;
     row->rim_count = (int32_t)w->rim_count;
-    row->multis = keep(dmc->context, w->multis, w->multi_count, sizeof *row->multis);
-    row->doubled = keep(dmc->context, w->doubled, w->doubled_count, sizeof *row->doubled);
-    row->tunnels = keep(dmc->context, w->tunnels, w->tunnel_count, sizeof *row->tunnels);
-    row->rims = keep(dmc->context, w->rims, w->rim_count, sizeof *row->rims);
-    row->valences = keep(dmc->context, w->valences, w->valence_count, 1);
+    row->multis = keep(dmc->context, w->kept, w->multis, w->multi_count, sizeof *row->multis);
+    row->doubled = keep(dmc->context, w->kept, w->doubled, w->doubled_count, sizeof *row->doubled);
+    row->tunnels = keep(dmc->context, w->kept, w->tunnels, w->tunnel_count, sizeof *row->tunnels);
+    row->rims = keep(dmc->context, w->kept, w->rims, w->rim_count, sizeof *row->rims);
+    row->valences = keep(dmc->context, w->kept_valences, w->valences, w->valence_count, 1);
     if (!row->valences && w->valence_count)
         return false;
     return (row->multis || !w->multi_count) && (row->doubled || !w->doubled_count) &&
@@ -271,18 +273,19 @@ static bool count_band(qni_dmc *dmc, int64_t band, worker *w) {
 }
 
 void qni_dmc_free_rows(qni_dmc *dmc) {
-    for (int64_t r = 0; dmc->rows && r < dmc->row_count; ++r) {
-        qni_dmc_row *row = dmc->rows + r;
-        qni_free(dmc->context, row->leaves, row->leaf_count, sizeof *row->leaves);
-        qni_free(dmc->context, row->quads, row->leaf_count, sizeof *row->quads);
-        qni_free(dmc->context, row->doubled, row->doubled_count, sizeof *row->doubled);
-        qni_free(dmc->context, row->tunnels, row->tunnel_count, sizeof *row->tunnels);
-        qni_free(dmc->context, row->multis, row->multi_count, sizeof *row->multis);
-        qni_free(dmc->context, row->rims, row->rim_count, sizeof *row->rims);
-        qni_free(dmc->context, row->valences, row->vertex_count, 1);
-    }
+    for (int32_t t = 0; dmc->pools && t < dmc->pool_count; ++t)
+        qni_pool_free(dmc->context, dmc->pools + t);
+    qni_free(dmc->context, dmc->pools, dmc->pool_count, sizeof *dmc->pools);
     qni_free(dmc->context, dmc->rows, dmc->row_count, sizeof *dmc->rows);
+    dmc->pools = NULL;
     dmc->rows = NULL;
+}
+
+void qni_dmc_free_row_valences(qni_dmc *dmc) {
+    for (int32_t t = 1; t < dmc->pool_count; t += 2)
+        qni_pool_free(dmc->context, dmc->pools + t);
+    for (int64_t r = 0; r < dmc->row_count; ++r)
+        dmc->rows[r].valences = NULL;
 }
 
 static void add_tally(qni_dmc_tally *sum, const qni_dmc_tally *part) {
@@ -319,6 +322,8 @@ static worker *create_workers(qni_dmc *dmc, int32_t threads, qn_error *error) {
             destroy_workers(dmc, workers, threads);
             return NULL;
         }
+        workers[t].kept = dmc->pools + 2 * t;
+        workers[t].kept_valences = dmc->pools + 2 * t + 1;
         workers[t].with_tunnels = dmc->with_tunnels;
         workers[t].with_rims = dmc->with_repair && dmc->field.border == 0;
         workers[t].with_valences = dmc->with_valences;
@@ -376,7 +381,9 @@ qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error) {
     const int32_t threads = qn_context_threads(dmc->context);
     dmc->row_count = qni_field_row_count(&dmc->field);
     dmc->rows = qni_alloc_zero(dmc->context, dmc->row_count, sizeof *dmc->rows);
-    if (!dmc->rows)
+    dmc->pool_count = 2 * threads;
+    dmc->pools = qni_alloc_zero(dmc->context, dmc->pool_count, sizeof *dmc->pools);
+    if (!dmc->rows || !dmc->pools)
         return qni_fail_memory(error, "the rows of leaves");
     worker *workers = create_workers(dmc, threads, error);
     if (!workers)

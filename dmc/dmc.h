@@ -7,6 +7,7 @@
 #include <qn/surface.h>
 #include "dmc/frame_hd.h"
 #include "dmc/landing.h"
+#include "core/pool.h"
 #include "mesh/mesh.h"
 #include "volume/field.h"
 
@@ -89,6 +90,9 @@ typedef struct qni_dmc {
     struct qni_repair *repair; /* planned after counting, when there are doubled edges */
     qni_dmc_row *rows;
     int64_t row_count;
+    qni_pool *pools;    /* hold the rows' arrays: of each thread one for its valences, and before it
+                           one for all others */
+    int32_t pool_count;
     int64_t vertex_count, quad_count, leaf_count; /* before repair */
     int64_t doubled_count, tunnel_count;          /* of those to be taken apart, and restored */
     int64_t rim_count;       /* vertices more since several fans met at one, at an open rim */
@@ -103,6 +107,7 @@ typedef struct qni_dmc {
 qn_status qni_dmc_count(qni_dmc *dmc, qn_error *error);
 qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error);
 void qni_dmc_free_rows(qni_dmc *dmc);
+void qni_dmc_free_row_valences(qni_dmc *dmc);
 /* Note what is held now, of which `mesh_bytes` are output. */
 int64_t qni_dmc_mesh_bytes(const qni_dmc *dmc, bool with_normals);
 void qni_dmc_note_memory(qni_dmc *dmc, int64_t mesh_bytes);

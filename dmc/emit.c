@@ -490,14 +490,6 @@ static qn_status emit_rows(const emission *job, worker *workers, int32_t threads
     return QN_OK;
 }
 
-/* They are in the mesh's order now. */
-static void free_valences_of_rows(qni_dmc *dmc) {
-    for (int64_t r = 0; r < dmc->row_count; ++r) {
-        qni_free(dmc->context, dmc->rows[r].valences, dmc->rows[r].vertex_count, 1);
-        dmc->rows[r].valences = NULL;
-    }
-}
-
 qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
     const int32_t threads = qn_context_threads(dmc->context);
     double determinant;
@@ -520,7 +512,7 @@ qn_status qni_dmc_emit(qni_dmc *dmc, qn_mesh *mesh, qn_error *error) {
         dmc->tally.zero_gradients += workers[t].tally.zero_gradients;
     }
     qni_free(dmc->context, workers, threads, sizeof *workers);
-    free_valences_of_rows(dmc);
+    qni_dmc_free_row_valences(dmc); /* they are in the mesh's order now */
     if (status == QN_OK && dmc->rim_count > 0)
         dmc->rim_points_left = qni_rim_apply(dmc, &job.frame, job.reverse, mesh);
     if (status == QN_OK && dmc->repair)
