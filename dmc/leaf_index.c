@@ -225,49 +225,45 @@ void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex) {
         __builtin_prefetch((const char *)place->quads + line);
 }
 
-/* The edges along the axis that have quads, among those from `bit` on that end in this leaf: one
- * bit each, along the edge's lower other axis, then the higher one. */
-static unsigned edges_along(const qni_leaf_quads *quads, int axis, int z, int bit) {
-    const uint64_t *mask = quads->mask[axis] + z;
-    const int u = axis == 0 ? 8 : 1;
-    const uint64_t low = mask[0] >> bit, high = axis == 2 ? low >> 8 : mask[1] >> bit;
-    return (unsigned)(low & 1) | (unsigned)(low >> u & 1) << 1 | (unsigned)(high & 1) << 2 |
-           (unsigned)(high >> u & 1) << 3;
-}
-
-static unsigned edges_in_leaf(const qni_leaf_quads *quads, int z, int bit) {
-    return edges_along(quads, 0, z, bit) | edges_along(quads, 1, z, bit) << 4 |
-           edges_along(quads, 2, z, bit) << 8;
+/* The quads of a cell's edges that start at its corner, which the leaf has; without branches, since
+ * which edges have quads is hard to foresee. */
+static inline int add_from_corner(const qni_leaf_index *index, int64_t leaf, int corner, int z,
+                                  int bit, int count, uint32_t quads[QNI_EDGES]) {
+    const qni_leaf_quads *masks = index->place[leaf].quads;
+    const uint64_t before = below(bit);
+    const uint32_t start = index->quad_start[leaf];
+#pragma GCC unroll 3
+    for (int axis = 0; axis < 3; ++axis) {
+        if (corner >> axis & 1) /* they end there */
+            continue;
+        const uint64_t mask = masks->mask[axis][z];
+        quads[count] = start + masks->before[axis][z] + (uint32_t)count_bits(mask & before);
+        count += mask >> bit & 1;
+    }
+    return count;
 }
 
 int qni_leaf_index_quads(const qni_leaf_index *index, uint32_t vertex, uint32_t quads[QNI_EDGES],
                          bool *alone) {
-    enum { NOT_ASKED = -2, INNER = 6, ALL = (1 << QNI_EDGES) - 1 };
+    enum { NOT_ASKED = -2, LAST_START = 6 };
     const int64_t own = leaf_of(index, vertex);
     const int cell = cell_of(index->place + own, (int)(vertex - index->vertex_start[own]), alone);
-    const int at[3] = {cell & 7, cell >> 3 & 7, cell >> 6};
-    const bool inner = at[0] <= INNER && at[1] <= INNER && at[2] <= INNER;
-    unsigned rest = inner ? edges_in_leaf(index->place[own].quads, at[2], cell & 63) : ALL;
     int64_t leaves[8] = {own,       NOT_ASKED, NOT_ASKED, NOT_ASKED,
                          NOT_ASKED, NOT_ASKED, NOT_ASKED, NOT_ASKED};
     int count = 0;
-    for (; rest; rest &= rest - 1) {
-        const int edge = __builtin_ctz(rest), axis = qni_edge_axis(edge);
-        const int start = qni_edge_start_corner(edge);
-        const int x = at[0] + (start & 1), y = at[1] + (start >> 1 & 1), z = at[2] + (start >> 2);
-        const int shift = x >> 3 | (y >> 3) << 1 | (z >> 3) << 2, bit = (x & 7) + 8 * (y & 7);
+#pragma GCC unroll 7
+    for (int corner = 0; corner <= LAST_START; ++corner) {
+        const int x = (cell & 7) + (corner & 1), y = (cell >> 3 & 7) + (corner >> 1 & 1),
+                  z = (cell >> 6) + (corner >> 2);
+        const int shift = x >> 3 | (y >> 3) << 1 | (z >> 3) << 2;
         if (leaves[shift] == NOT_ASKED)
             leaves[shift] = upper_leaf(index, own, shift);
-        if (leaves[shift] < 0)
-            continue;
-        const qni_leaf_quads *masks = index->place[leaves[shift]].quads;
-        const uint64_t mask = masks->mask[axis][z & 7];
-        if (!(mask >> bit & 1))
-            continue;
-        quads[count] = index->quad_start[leaves[shift]] + masks->before[axis][z & 7] +
-                       (uint32_t)count_bits(mask & below(bit));
-        __builtin_prefetch(index->quads + 4 * (size_t)quads[count++]);
+        if (leaves[shift] >= 0)
+            count = add_from_corner(index, leaves[shift], corner, z & 7, (x & 7) + 8 * (y & 7),
+                                    count, quads);
     }
+    for (int n = 0; n < count; ++n)
+        __builtin_prefetch(index->quads + 4 * (size_t)quads[n]);
     return count;
 }
 
