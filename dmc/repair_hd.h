@@ -100,8 +100,10 @@ QN_HD static inline int qni_point_in_cell(const double d[8], int axis, int face_
 QN_HD_INLINE void qni_fan_quad(const uint32_t *boundary, int count, uint32_t centre, int turn,
                                int j, uint32_t quad[4]) {
     quad[0] = centre;
-    for (int n = 0; n < 3; ++n)
-        quad[1 + n] = boundary[(2 * j + turn + n) % count];
+    for (int n = 0; n < 3; ++n) {
+        const int at = 2 * j + turn + n; /* at most once round */
+        quad[1 + n] = boundary[at < count ? at : at - count];
+    }
 }
 
 QN_HD_INLINE void qni_corner_area(const float *positions, uint32_t o, uint32_t a, uint32_t b,
@@ -137,7 +139,8 @@ QN_HD static inline int qni_better_turn(const float *positions, const uint32_t *
                                         uint32_t centre) {
     double worst[2] = {1, 1}, up[3] = {0, 0, 0}, area[3], squares;
     for (int n = 0; n < count; ++n) {
-        qni_corner_area(positions, centre, boundary[n], boundary[(n + 1) % count], area, &squares);
+        qni_corner_area(positions, centre, boundary[n], boundary[n + 1 < count ? n + 1 : 0],
+                        area, &squares);
         for (int a = 0; a < 3; ++a)
             up[a] += area[a];
     }
@@ -148,7 +151,8 @@ QN_HD static inline int qni_better_turn(const float *positions, const uint32_t *
         for (int j = 0; j < count / 2; ++j) {
             uint32_t quad[4];
             qni_fan_quad(boundary, count, centre, turn, j, quad);
-            worst[turn] = fmin(worst[turn], qni_quad_quality(positions, quad, up));
+            const double quality = qni_quad_quality(positions, quad, up);
+            worst[turn] = quality < worst[turn] ? quality : worst[turn];
         }
     return worst[1] > worst[0];
 }
