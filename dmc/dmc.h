@@ -90,8 +90,8 @@ typedef struct qni_dmc {
     struct qni_repair *repair; /* planned after counting, when there are doubled edges */
     qni_dmc_row *rows;
     int64_t row_count;
-    qni_pool *pools;    /* hold the rows' arrays: of each thread one for its valences, and before it
-                           one for all others */
+    qni_pool *pools; /* hold the rows' arrays: of each thread one for its valences, and before it
+                        one for all others */
     int32_t pool_count;
     int64_t vertex_count, quad_count, leaf_count; /* before repair */
     int64_t doubled_count, tunnel_count;          /* of those to be taken apart, and restored */

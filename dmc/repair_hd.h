@@ -139,8 +139,8 @@ QN_HD static inline int qni_better_turn(const float *positions, const uint32_t *
                                         uint32_t centre) {
     double worst[2] = {1, 1}, up[3] = {0, 0, 0}, area[3], squares;
     for (int n = 0; n < count; ++n) {
-        qni_corner_area(positions, centre, boundary[n], boundary[n + 1 < count ? n + 1 : 0],
-                        area, &squares);
+        qni_corner_area(positions, centre, boundary[n], boundary[n + 1 < count ? n + 1 : 0], area,
+                        &squares);
         for (int a = 0; a < 3; ++a)
             up[a] += area[a];
     }

@@ -163,14 +163,15 @@ static bool ask_for_ring(const qni_around *around, const uint32_t corner[4], qni
     return true;
 }
 
-/* A ring's quad runs along its side against the quad in the middle: from the side's second corner to
- * the first, then outside from the first to the second. */
+/* A ring's quad runs along its side against the quad in the middle: from the side's second corner
+ * to the first, then outside from the first to the second. */
 static void find_outer_corners(const uint32_t corner[4], const uint32_t ring_corner[4][4],
                                uint32_t outer[4]) {
     uint32_t first[4], second[4];
     for (int k = 0; k < 4; ++k) {
         const uint32_t *own = ring_corner[k];
-        const int at = (own[1] == corner[k]) + 2 * (own[2] == corner[k]) + 3 * (own[3] == corner[k]);
+        const int at =
+            (own[1] == corner[k]) + 2 * (own[2] == corner[k]) + 3 * (own[3] == corner[k]);
         first[k] = own[(at + 1) & 3];
         second[(k + 1) & 3] = own[(at + 2) & 3];
     }
