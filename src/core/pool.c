@@ -5,7 +5,7 @@
 #include <stdalign.h>
 #include <stddef.h>
 
-enum { FIRST_BYTES = 4 << 10, LARGEST_BYTES = 256 << 10 };
+enum { FIRST_BYTES = 4 << 10, LARGEST_BYTES = 64 << 10 };
 
 typedef struct qni_pool_block {
     struct qni_pool_block *before;
