@@ -297,17 +297,23 @@ static bool quads_across(const qni_leaf_index *index, int64_t leaf, const int po
     return true;
 }
 
-/* Its corner 2 was emitted for the cell whose first corner starts the quad's edge. */
+/* Its corner 2 was emitted for the cell whose first corner starts the quad's edge; another one
+ * tells that it is not as it was emitted. */
 bool qni_leaf_index_ring(const qni_leaf_index *index, uint32_t quad, int axis, uint32_t ring[4],
                          uint32_t *beyond) {
     const uint32_t vertex = index->quads[4 * (size_t)quad + 2];
     if (vertex >= index->vertex_start[index->leaves])
         return false;
     const int64_t leaf = leaf_of(index, vertex);
-    bool alone;
-    const int cell =
-        cell_of(index->place + leaf, (int)(vertex - index->vertex_start[leaf]), &alone);
-    int point[3] = {cell & 7, cell >> 3 & 7, cell >> 6};
+    if (quad < index->quad_start[leaf] || quad >= index->quad_start[leaf + 1])
+        return false;
+    const qni_leaf_quads *masks = index->place[leaf].quads;
+    const int number = (int)(quad - index->quad_start[leaf]);
+    int z = 0;
+    for (int n = 1; n < QNI_LEAF; ++n)
+        z += masks->before[axis][n] <= number;
+    const int bit = select_bit(masks->mask[axis][z], number - masks->before[axis][z]);
+    int point[3] = {bit & 7, bit >> 3, z};
     const bool at_start = quads_across(index, leaf, point, axis, ring);
     ++point[axis];
     if (!at_start && !quads_across(index, leaf, point, axis, ring))
