@@ -193,14 +193,17 @@ static bool find_ring(const qni_around *around, const uint32_t corner[4], const 
 /* Whether another quad joins the outer corners. Where all of them are as they were emitted, it can
  * only be that of a lattice edge common to their cells. */
 static bool has_rival_quad(const qni_around *around, const qni_candidate *item) {
-    uint32_t round[QNI_VALENCE_LARGEST], other[4];
+    uint32_t round[QNI_VALENCE_LARGEST], other[4], least = item->corner[0];
     uint8_t marks = 0;
-    for (int k = 0; k < 4; ++k)
+    for (int k = 0; k < 4; ++k) {
         marks |= around->valence[item->corner[k]];
+        if (around->valence[item->corner[k]] < around->valence[least])
+            least = item->corner[k]; /* marks count as much */
+    }
     int count = item->beyond != QNI_UNPAIRED;
     round[0] = item->beyond;
     if (!item->guessed || marks & (QNI_VALENCE_MERGED | QNI_VALENCE_APART))
-        count = qni_quads_round(around, item->corner[0], round);
+        count = qni_quads_round(around, least, round);
     for (int n = 0; n < count; ++n) {
         if (around->colour[round[n]] == QNI_QUAD_GONE) /* its corners may be gone, too */
             continue;
