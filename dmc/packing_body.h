@@ -80,20 +80,30 @@ static int64_t squeeze(float *points, const uint8_t *marks, int64_t v, int64_t e
     return squeeze_singly(points, marks, v, end, (to - points) / 3);
 }
 
+/* Those that stay are numbered some hundred at a time, then those that are gone follow: which are is
+ * hard to foresee, so they are listed without a look at each. */
 static void number(const uint8_t *marks, int64_t v, int64_t end, uint32_t next, bool follow,
                    uint32_t *renumber) {
+    enum { LISTED = 1024 };
     const __m512i count = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
-    for (; v + PACKED_TOGETHER <= end; v += PACKED_TOGETHER) {
-        const unsigned stay = staying(marks + v);
-        const __m512i own = _mm512_add_epi32(_mm512_maskz_expand_epi32((__mmask16)stay, count),
-                                             _mm512_set1_epi32((int)next));
-        const __m512i old = _mm512_loadu_si512(renumber + v);
-        _mm512_storeu_si512(renumber + v, _mm512_mask_blend_epi32((__mmask16)stay, old, own));
-        next += (uint32_t)__builtin_popcount(stay);
-        for (unsigned rest = follow ? ~stay & 0xffff : 0; rest; rest &= rest - 1) {
-            uint32_t *gone = renumber + v + __builtin_ctz(rest);
-            *gone = renumber[*gone];
+    uint32_t gone[LISTED + PACKED_TOGETHER];
+    while (v + PACKED_TOGETHER <= end) {
+        uint32_t *of = renumber + v, some = 0, at = 0;
+        for (; at < LISTED && v + PACKED_TOGETHER <= end; v += PACKED_TOGETHER) {
+            const unsigned stay = staying(marks + v);
+            const __mmask16 goes = (__mmask16)~stay;
+            const __m512i own = _mm512_add_epi32(_mm512_maskz_expand_epi32((__mmask16)stay, count),
+                                                 _mm512_set1_epi32((int)next));
+            _mm512_mask_storeu_epi32(of + at, (__mmask16)stay, own);
+            next += (uint32_t)__builtin_popcount(stay);
+            _mm512_storeu_si512(gone + some,
+                                _mm512_maskz_compress_epi32(
+                                    goes, _mm512_add_epi32(count, _mm512_set1_epi32((int)at))));
+            some += (uint32_t)__builtin_popcount(goes);
+            at += PACKED_TOGETHER;
         }
+        for (uint32_t n = 0; follow && n < some; ++n)
+            of[gone[n]] = renumber[of[gone[n]]];
     }
     number_singly(marks, v, end, next, follow, renumber);
 }
