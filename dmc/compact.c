@@ -18,7 +18,7 @@ typedef struct packing {
     int32_t parts;
     const uint8_t *vertex_marks, *quad_marks;
     uint32_t *renumber;
-    uint32_t *sides_before; /* of quads that go, before each quad; where there are halfedges */
+    uint32_t *sides_before; /* of quads that go, before each that stays; where there are halfedges */
     int64_t (*part)[2][2];  /* [parts + 1]: vertices and quads before it, old and new */
 } packing;
 
@@ -60,12 +60,11 @@ static void find_parts(const packing *p) {
 }
 
 static void number_sides(const packing *p, int32_t part) {
-    const int64_t *first = p->part[part][1];
-    uint32_t before = (uint32_t)(4 * (first[0] - first[1]));
-    for (int64_t q = first[0]; q < p->part[part + 1][1][0]; ++q) {
-        p->sides_before[q] = before;
-        before += p->quad_marks[q] == GONE ? 4 : 0;
-    }
+    const int64_t first = p->part[part][1][0], end = p->part[part + 1][1][0];
+    uint32_t *restrict number = p->sides_before;
+    p->kernels->number(p->quad_marks, first, end, (uint32_t)p->part[part][1][1], false, number);
+    for (int64_t q = first; q < end; ++q)
+        number[q] = 4 * ((uint32_t)q - number[q]);
 }
 
 /* ---- moving ---------------------------------------------------------------------------------- */
