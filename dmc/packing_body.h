@@ -80,8 +80,8 @@ static int64_t squeeze(float *points, const uint8_t *marks, int64_t v, int64_t e
     return squeeze_singly(points, marks, v, end, (to - points) / 3);
 }
 
-/* Those that stay are numbered some hundred at a time, then those that are gone follow: which are is
- * hard to foresee, so they are listed without a look at each. */
+/* Those that stay are numbered some hundred at a time, then those that are gone follow: which are
+ * is hard to foresee, so they are listed without a look at each. */
 static void number(const uint8_t *marks, int64_t v, int64_t end, uint32_t next, bool follow,
                    uint32_t *renumber) {
     enum { LISTED = 1024 };
