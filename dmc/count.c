@@ -8,6 +8,7 @@
 #include "dmc/repair.h"
 #include "dmc/rim.h"
 #include "dmc/tunnel_hd.h"
+#include "core/bits_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -165,7 +166,7 @@ static int count_quads(const qni_leaf_masks *masks, const qni_leaf_extent *exten
                 out->mask[axis][z] = mask;
                 out->before[axis][z] = (uint16_t)quads;
             }
-            quads += __builtin_popcountll(mask);
+            quads += qni_count_bits(mask);
         }
     return quads;
 }
@@ -187,7 +188,7 @@ static void count_leaf(const qni_field *field, const int32_t leaf[3], int32_t ba
     for (int z = 0; z < QNI_LEAF; ++z) {
         out->active[z] = qni_active_of_slice(&masks, &extent, z);
         out->before_slice[z] = (uint16_t)cells;
-        cells += __builtin_popcountll(out->active[z]);
+        cells += qni_count_bits(out->active[z]);
         extra = count_slice_extras(field, signs, at, z, out->active[z], extra, w);
     }
     out->multi_count = (uint16_t)(w->multi_count - out->multi_base);

@@ -10,6 +10,7 @@
 #include "dmc/repair.h"
 #include "dmc/rim.h"
 #include "dmc/vertex_hd.h"
+#include "core/bits_hd.h"
 #include "core/context.h"
 #include "core/parallel.h"
 #include "core/status.h"
@@ -201,10 +202,6 @@ static void emit_vertices(const emission *job, worker *w, const qni_dmc_row *row
 
 /* ---- neighbours ------------------------------------------------------------------------------ */
 
-static int count_bits(uint64_t bits) {
-    return __builtin_popcountll(bits);
-}
-
 /* The cells of a lower neighbour that touch the leaf, into their places; `shift` is 1 along the
  * axes where it is lower. */
 static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_leaf *leaf,
@@ -220,7 +217,7 @@ static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_
             const int to_x = shift[0] ? 0 : (bit & 7) + 1, to_y = shift[1] ? 0 : (bit >> 3) + 1;
             const int to_z = shift[2] ? 0 : z + 1;
             const int before =
-                leaf->before_slice[z] + count_bits(leaf->active[z] & ((UINT64_C(1) << bit) - 1));
+                leaf->before_slice[z] + qni_bits_below(leaf->active[z], bit);
             for (; next_multi < leaf->multi_count && multis[next_multi].cell < cell; ++next_multi)
                 extra = multis[next_multi].extra_before +
                         qni_entry_polygons(multis[next_multi].entry) - 1;
@@ -411,9 +408,9 @@ static int64_t note_splits(const qni_dmc *dmc, const worker *w, const qni_leaf_e
         split->quad = first_quad;
         for (int axis = 0; axis <= split->axis; ++axis)
             for (int s = 0; s < (axis < split->axis ? QNI_LEAF : z); ++s)
-                split->quad += (uint32_t)count_bits(qni_quads_of_slice(&w->masks, extent, axis, s));
+                split->quad += (uint32_t)qni_count_bits(qni_quads_of_slice(&w->masks, extent, axis, s));
         const uint64_t slice = qni_quads_of_slice(&w->masks, extent, split->axis, z);
-        split->quad += (uint32_t)count_bits(slice & ((UINT64_C(1) << bit) - 1));
+        split->quad += (uint32_t)qni_bits_below(slice, bit);
     }
     return from;
 }

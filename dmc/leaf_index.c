@@ -4,6 +4,7 @@
 #include "dmc/cell_hd.h"
 #include "dmc/dmc.h"
 #include "dmc/repair.h"
+#include "core/bits_hd.h"
 #include "core/context.h"
 #include "core/status.h"
 
@@ -103,19 +104,6 @@ void qni_leaf_index_free(const qni_dmc *dmc, qni_leaf_index *index) {
 
 /* ---- quads of a vertex ----------------------------------------------------------------------- */
 
-static int
-count_bits(uint64_t bits) { /* without a call where the processor's own is not built in */
-    bits -= bits >> 1 & UINT64_C(0x5555555555555555);
-    bits = (bits & UINT64_C(0x3333333333333333)) + (bits >> 2 & UINT64_C(0x3333333333333333));
-    return (int)(((bits + (bits >> 4)) & UINT64_C(0x0f0f0f0f0f0f0f0f)) *
-                     UINT64_C(0x0101010101010101) >>
-                 56);
-}
-
-static uint64_t below(int bit) {
-    return (UINT64_C(1) << bit) - 1;
-}
-
 /* The bit that so many come before. First its byte: that of sums of bits, each byte and all below
  * it, which are at most as many. */
 static int select_bit(uint64_t bits, int before) {
@@ -142,7 +130,7 @@ static int active_cell(const qni_dmc_leaf *leaf, int before) {
 /* The first vertex of a multiple cell, counted from the leaf's own first. */
 static int first_of_multi(const qni_dmc_leaf *leaf, const qni_multi_cell *multi) {
     const int z = multi->cell >> 6;
-    return leaf->before_slice[z] + count_bits(leaf->active[z] & below(multi->cell & 63)) +
+    return leaf->before_slice[z] + qni_bits_below(leaf->active[z], multi->cell & 63) +
            multi->extra_before;
 }
 
@@ -206,7 +194,7 @@ static int64_t leaf_beside(const qni_leaf_index *index, int64_t leaf, int along_
     if (bit < 0 || bit >= 64)
         return bit < 0 ? -1 : search_row(index, there, x);
     return row->presence >> bit & 1
-               ? (int64_t)row->first + count_bits(row->presence & below((int)bit))
+               ? (int64_t)row->first + qni_bits_below(row->presence, (int)bit)
                : -1;
 }
 
@@ -231,14 +219,13 @@ void qni_leaf_index_prefetch(const qni_leaf_index *index, uint32_t vertex) {
 static inline int add_from_corner(const qni_leaf_index *index, int64_t leaf, int corner, int z,
                                   int bit, int count, uint32_t quads[QNI_EDGES]) {
     const qni_leaf_quads *masks = index->place[leaf].quads;
-    const uint64_t before = below(bit);
     const uint32_t start = index->quad_start[leaf];
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis) {
         if (corner >> axis & 1) /* they end there */
             continue;
         const uint64_t mask = masks->mask[axis][z];
-        quads[count] = start + masks->before[axis][z] + (uint32_t)count_bits(mask & before);
+        quads[count] = start + masks->before[axis][z] + (uint32_t)qni_bits_below(mask, bit);
         count += mask >> bit & 1;
     }
     return count;
@@ -279,7 +266,7 @@ static uint32_t quad_from(const qni_leaf_index *index, int64_t leaf, const int p
     const qni_leaf_quads *masks = index->place[leaf].quads;
     const uint64_t mask = masks->mask[axis][z];
     return mask >> bit & 1 ? index->quad_start[leaf] + masks->before[axis][z] +
-                                 (uint32_t)count_bits(mask & below(bit))
+                                 (uint32_t)qni_bits_below(mask, bit)
                            : QNI_UNPAIRED;
 }
 

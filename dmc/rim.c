@@ -6,6 +6,7 @@
 #include "dmc/extent.h"
 #include "dmc/repair_parts.h"
 #include "dmc/vertex_hd.h"
+#include "core/bits_hd.h"
 
 bool qni_edge_is_inner(const qni_field *field, const int32_t point[3], int axis) {
     for (int a = 0; a < 3; ++a)
@@ -174,9 +175,9 @@ static int64_t quad_of_edge(const qni_dmc *dmc, const int32_t point[3], int axis
     int64_t quad = row->quad_base + leaf_at(row, leaf[0])->quad_base;
     for (int a = 0; a <= axis; ++a)
         for (int s = 0; s < (a < axis ? QNI_LEAF : z); ++s)
-            quad += __builtin_popcountll(qni_quads_of_slice(&masks, &extent, a, s));
+            quad += qni_count_bits(qni_quads_of_slice(&masks, &extent, a, s));
     const uint64_t slice = qni_quads_of_slice(&masks, &extent, axis, z);
-    return quad + __builtin_popcountll(slice & ((UINT64_C(1) << bit) - 1));
+    return quad + qni_bits_below(slice, bit);
 }
 
 /* ---- vertices -------------------------------------------------------------------------------- */
