@@ -216,8 +216,7 @@ static void note_neighbour(leaf_ids *ids, const qni_dmc_row *row, const qni_dmc_
             const int bit = __builtin_ctzll(rest), cell = bit + 64 * z;
             const int to_x = shift[0] ? 0 : (bit & 7) + 1, to_y = shift[1] ? 0 : (bit >> 3) + 1;
             const int to_z = shift[2] ? 0 : z + 1;
-            const int before =
-                leaf->before_slice[z] + qni_bits_below(leaf->active[z], bit);
+            const int before = leaf->before_slice[z] + qni_bits_below(leaf->active[z], bit);
             for (; next_multi < leaf->multi_count && multis[next_multi].cell < cell; ++next_multi)
                 extra = multis[next_multi].extra_before +
                         qni_entry_polygons(multis[next_multi].entry) - 1;
@@ -408,7 +407,8 @@ static int64_t note_splits(const qni_dmc *dmc, const worker *w, const qni_leaf_e
         split->quad = first_quad;
         for (int axis = 0; axis <= split->axis; ++axis)
             for (int s = 0; s < (axis < split->axis ? QNI_LEAF : z); ++s)
-                split->quad += (uint32_t)qni_count_bits(qni_quads_of_slice(&w->masks, extent, axis, s));
+                split->quad +=
+                    (uint32_t)qni_count_bits(qni_quads_of_slice(&w->masks, extent, axis, s));
         const uint64_t slice = qni_quads_of_slice(&w->masks, extent, split->axis, z);
         split->quad += (uint32_t)qni_bits_below(slice, bit);
     }

@@ -72,6 +72,8 @@ qn_status qni_dmc_improve(qni_dmc *dmc, qn_mesh *mesh, const qn_surface_options 
     qni_projector_init(&dmc->field, &projector);
     if (!mesh->twins && (options->relax > 0 || !dmc->valences))
         QN_TRY(qn_mesh_build_halfedges(dmc->context, mesh, error));
+    if (mesh->twins)
+        qni_dmc_free_rows(dmc); /* halfedges tell all that is asked of them */
     if (options->simplify)
         QN_TRY(simplify(dmc, mesh, &projector, options, report, error));
     if (options->relax > 0)

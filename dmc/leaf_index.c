@@ -193,9 +193,8 @@ static int64_t leaf_beside(const qni_leaf_index *index, int64_t leaf, int along_
     const int64_t bit = x - row->first_x;
     if (bit < 0 || bit >= 64)
         return bit < 0 ? -1 : search_row(index, there, x);
-    return row->presence >> bit & 1
-               ? (int64_t)row->first + qni_bits_below(row->presence, (int)bit)
-               : -1;
+    return row->presence >> bit & 1 ? (int64_t)row->first + qni_bits_below(row->presence, (int)bit)
+                                    : -1;
 }
 
 /* The leaf one higher along the axes in `shift` (bit 0 x, 1 y, 2 z), or -1. */
