@@ -240,7 +240,29 @@ static void bytes_are_equal_for_1_2_8_threads(void **state) {
     }
 }
 
-/* With halfedges the quads round a vertex are found through them, without by the grid. */
+/* With halfedges the quads round a vertex are found through them, without by the grid. Returns how
+ * many quads were removed. */
+static int64_t expect_same_with_halfedges(const test_field *field, qn_surface_options options) {
+    qn_context *context = test_context(2);
+    qn_mesh *mesh[2];
+    qn_surface_report report[2];
+    options.simplify = true;
+    for (int n = 0; n < 2; ++n) {
+        options.halfedges = n == 1;
+        mesh[n] = surface(context, field, &options, report + n);
+    }
+    if (!options.keep_doubled) /* else sorting pairs otherwise than the grid does */
+        expect_right_halfedges(context, field->name, mesh[1]);
+    expect_same(field->name, "merged quads", report[0].merged_quads, report[1].merged_quads);
+    expect_same(field->name, "shrunk quads", report[0].shrunk_quads, report[1].shrunk_quads);
+    if (test_hash_mesh(mesh[0]) != test_hash_mesh(mesh[1]))
+        fail_msg("%s: other bytes with halfedges", field->name);
+    for (int n = 0; n < 2; ++n)
+        qn_mesh_destroy(mesh[n]);
+    test_context_end(context);
+    return report[0].merged_quads + report[0].shrunk_quads;
+}
+
 static void halfedges_change_nothing(void **state) {
     (void)state;
     const uint64_t seed = test_seed();
@@ -248,30 +270,45 @@ static void halfedges_change_nothing(void **state) {
     for (int64_t i = 0; i < test_count(60, 2000); ++i) {
         test_random random = {seed + (uint64_t)i};
         test_field field = field_of(&random, i);
-        qn_context *context = test_context(2);
-        qn_mesh *mesh[2];
-        qn_surface_report report[2];
         qn_surface_options options;
         qn_surface_options_init(&options);
-        options.simplify = true;
         options.keep_doubled = i % 4 == 3;
         options.simplify_passes = i % 7 == 6 ? -1 : 0;
         options.topology = i % 3 == 1 ? QN_TOPOLOGY_EXACT : QN_TOPOLOGY_DISCS;
-        for (int n = 0; n < 2; ++n) {
-            options.halfedges = n == 1;
-            mesh[n] = surface(context, &field, &options, report + n);
-        }
-        if (!options.keep_doubled) /* else sorting pairs otherwise than the grid does */
-            expect_right_halfedges(context, field.name, mesh[1]);
-        expect_same(field.name, "merged quads", report[0].merged_quads, report[1].merged_quads);
-        expect_same(field.name, "shrunk quads", report[0].shrunk_quads, report[1].shrunk_quads);
-        if (test_hash_mesh(mesh[0]) != test_hash_mesh(mesh[1]))
-            fail_msg("%s: other bytes with halfedges", field.name);
-        removed += report[0].merged_quads + report[0].shrunk_quads;
-        for (int n = 0; n < 2; ++n)
-            qn_mesh_destroy(mesh[n]);
+        removed += expect_same_with_halfedges(&field, options);
         test_field_free(&field);
-        test_context_end(context);
+    }
+    assert_true(removed > 1000);
+}
+
+/* Rows of more leaves than a word has bits, with gaps: stretches of few values among empty ones. */
+static test_field long_field(test_random *random) {
+    test_field field = test_field_make(1400, 14, 14);
+    const int64_t rows = field.size[1] * field.size[2];
+    for (int64_t x = 0, end = 0, empty = 0; x < field.size[0]; ++x) {
+        if (x == end) {
+            end = x + 1 + test_random_range(random, 0, 59);
+            empty = test_random_range(random, 0, 2) == 0;
+        }
+        for (int64_t n = 0; n < rows; ++n)
+            field.values[x + field.size[0] * n] =
+                empty ? -1 : (double)test_random_range(random, 0, 8) - 4.5;
+    }
+    snprintf(field.name, sizeof field.name, "long rows");
+    return field;
+}
+
+static void long_rows_of_leaves_change_nothing(void **state) {
+    (void)state;
+    const uint64_t seed = test_seed();
+    int64_t removed = 0;
+    for (int64_t i = 0; i < test_count(2, 40); ++i) {
+        test_random random = {seed + (uint64_t)i};
+        test_field field = long_field(&random);
+        qn_surface_options options;
+        qn_surface_options_init(&options);
+        removed += expect_same_with_halfedges(&field, options);
+        test_field_free(&field);
     }
     assert_true(removed > 1000);
 }
@@ -504,6 +541,7 @@ int main(void) {
         cmocka_unit_test(nothing_is_left_and_halfedges_are_right),
         cmocka_unit_test(bytes_are_equal_for_1_2_8_threads),
         cmocka_unit_test(halfedges_change_nothing),
+        cmocka_unit_test(long_rows_of_leaves_change_nothing),
         cmocka_unit_test(figures_of_the_paper_are_reached),
         cmocka_unit_test(a_rod_keeps_its_length),
         cmocka_unit_test(a_cube_stays),
