@@ -20,8 +20,7 @@ void qni_cell_map_free(qni_cell_map *map) {
 }
 
 static uint64_t place_of(const qni_cell_map *map, uint64_t key) {
-    key *= UINT64_C(0x9e3779b97f4a7c15);
-    return (key ^ key >> 32) & map->places;
+    return qni_cell_hash(key) & map->places;
 }
 
 qni_cell_leaf *qni_cell_map_claim(const qni_cell_map *map, uint64_t key) {

@@ -40,6 +40,12 @@ static inline uint64_t qni_cell_key(const qni_cell *cell) {
            ((uint64_t)(cell->at[2] >> 3) & mask) << 42 | UINT64_C(1) << 63;
 }
 
+/* Spreads keys of neighbours over the last 32 bits. */
+static inline uint64_t qni_cell_hash(uint64_t key) {
+    key *= UINT64_C(0x9e3779b97f4a7c15);
+    return key ^ key >> 32;
+}
+
 /* The leaf of a key, made where there is none; or NULL where there is none. */
 qni_cell_leaf *qni_cell_map_claim(const qni_cell_map *map, uint64_t key);
 qni_cell_leaf *qni_cell_map_find(const qni_cell_map *map, uint64_t key);

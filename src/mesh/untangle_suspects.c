@@ -68,23 +68,35 @@ static inline qni_cell_leaf *leaf_of(const search *s, const qni_cell *cell, last
     return last->leaf;
 }
 
-/* All vertices' cells, and how many leaves they can lie in. */
+/* Keys that were seen lately, by their last bits. */
+enum { SEEN = 4096, BLOCK = 512 };
+typedef struct seen_keys {
+    uint64_t key[SEEN];
+} seen_keys;
+
+static bool is_new(seen_keys *seen, uint64_t key) {
+    uint64_t *place = &seen->key[qni_cell_hash(key) % SEEN];
+    const bool new = *place != key;
+    *place = key;
+    return new;
+}
+
+/* All vertices' cells, and how many leaves they can lie in: few of those are counted again. The
+ * blocks of words are the same for any number of threads. */
 static int64_t find_cells(const search *s) {
-    const int64_t count = s->mesh->vertex_count;
+    const int64_t count = s->mesh->vertex_count, words = count / WORD + 1;
     int64_t leaves = 0;
 #pragma omp parallel for schedule(static) reduction(+ : leaves)                                    \
     num_threads(qn_context_threads(s->context))
-    for (int64_t word = 0; word <= count / WORD; ++word) {
-        qni_cell before = {{0, 0, 0}};
-        cell_of(s, word > 0 ? WORD * word - 1 : 0, &before);
-        leaves += word == 0;
-        EACH_VERTEX_OF(word) {
-            qni_cell *own = &s->cell_of[v];
-            if (cell_of(s, v, own))
-                s->lone.bits[word] |= UINT64_C(1) << (v % WORD);
-            leaves += qni_cell_key(own) != qni_cell_key(&before);
-            before = *own;
-        }
+    for (int64_t block = 0; block < (words + BLOCK - 1) / BLOCK; ++block) {
+        seen_keys seen = {{0}};
+        for (int64_t word = BLOCK * block; word < BLOCK * (block + 1) && word < words; ++word)
+            EACH_VERTEX_OF(word) {
+                qni_cell *own = &s->cell_of[v];
+                if (cell_of(s, v, own))
+                    s->lone.bits[word] |= UINT64_C(1) << (v % WORD);
+                leaves += is_new(&seen, qni_cell_key(own));
+            }
     }
     return leaves;
 }
