@@ -162,9 +162,9 @@ int qni_turn_of(const double a[3], const double b[3], const double c[3], const d
                 int y) {
     const double bound = (3 + 16 * 0x1p-53) * 0x1p-53;
     double left = (b[x] - a[x]) * (d[y] - c[y]), right = (b[y] - a[y]) * (d[x] - c[x]);
-    double determinant = left - right;
-    if (fabs(determinant) > bound * (fabs(left) + fabs(right)))
-        return determinant > 0 ? 1 : -1;
+    double determinant = left - right, permanent = fabs(left) + fabs(right);
+    if (fabs(determinant) > bound * permanent || permanent == 0)
+        return (determinant > 0) - (determinant < 0);
     difference3 u = difference_of(b, a), v = difference_of(d, c);
     double exact[16];
     int count = minor(&u, &v, x, y, exact);

@@ -56,16 +56,16 @@ static projection broadest_of(const triangle *t) {
 
 /* Does an edge of a have all of b strictly outside in the projection, but for the corners they
  * share, which come first in both and lie on that edge? */
-static bool edge_clears(const projection *plane, const triangle *a, const triangle *b, int shared) {
-    const int sense = sense_in(plane, a->p[0], a->p[1], a->p[2]);
+static bool edge_clears(const projection *plane, int sense, const triangle *a, const triangle *b,
+                        int shared) {
     for (int i = 0; i < 3 && sense != 0; ++i) {
         const int j = (i + 1) % 3;
-        int outside = shared;
+        int k = shared;
         if ((shared == 1 && i == 1) || (shared == 2 && i != 0))
             continue;
-        for (int k = shared; k < 3; ++k)
-            outside += sense_in(plane, a->p[i], a->p[j], b->p[k]) * sense < 0;
-        if (outside == 3)
+        while (k < 3 && sense_in(plane, a->p[i], a->p[j], b->p[k]) * sense < 0)
+            ++k;
+        if (k == 3)
             return true;
     }
     return false;
@@ -74,7 +74,8 @@ static bool edge_clears(const projection *plane, const triangle *a, const triang
 /* Triangles that no volume's sign tells apart at once. */
 static bool are_apart_in_projection(const triangle *a, const triangle *b, int shared) {
     const projection plane = broadest_of(a);
-    return edge_clears(&plane, a, b, shared) || edge_clears(&plane, b, a, shared);
+    return edge_clears(&plane, plane.sense, a, b, shared) ||
+           edge_clears(&plane, sense_in(&plane, b->p[0], b->p[1], b->p[2]), b, a, shared);
 }
 
 /* Sides of b's own corners as seen from the plane of a; false when the triangles are found to be
