@@ -23,7 +23,7 @@ typedef struct pair_job {
     const qni_box_tree *tree;
     int64_t *found;        /* a block */
     const uint8_t *wanted; /* a vertex: its share (box_tree.h); or NULL for all */
-    uint8_t *wanted_rows;  /* a row: it has a wanted triangle; NULL for all */
+    uint8_t *wanted_rows;  /* a row: its wanted triangles, bit k for slot k; NULL for all */
     uint8_t *marks;        /* a vertex, or NULL */
 } pair_job;
 
@@ -79,17 +79,17 @@ static bool has_wanted(const pair_job *job, const uint32_t t[3]) {
     return (shares & QNI_WANTED_MASK) >= QNI_WANTED;
 }
 
+/* Without branches: most pairs share something, and what is hard to foresee. */
 static bool share_sound(const pair_job *job, const uint32_t a[3], const uint32_t b[3]) {
-    bool share = false;
+    unsigned share = 0;
     for (int i = 0; i < 3; ++i)
-        share = share ||
-                ((a[i] == b[0] || a[i] == b[1] || a[i] == b[2]) && job->wanted[a[i]] & QNI_SOUND);
-    return share;
+        share |= ((a[i] == b[0]) | (a[i] == b[1]) | (a[i] == b[2])) * job->wanted[a[i]];
+    return share & QNI_SOUND;
 }
 
 static bool meet(const pair_job *job, int64_t i, int64_t j) {
     const uint32_t *a = job->tree->triangles[i], *b = job->tree->triangles[j];
-    if (job->wanted && ((!has_wanted(job, a) && !has_wanted(job, b)) || share_sound(job, a, b)))
+    if (job->wanted && share_sound(job, a, b))
         return false;
     if (!qni_triangles_meet(job->check->mesh.positions, a, b))
         return false;
@@ -104,6 +104,7 @@ static bool meet(const pair_job *job, int64_t i, int64_t j) {
 static int64_t meet_rows(const pair_job *job, int64_t a, int64_t b) {
     const qni_box_tree *tree = job->tree;
     const qni_box_row *row_a = &tree->rows[0][a], *row_b = &tree->rows[0][b];
+    const uint8_t *wanted = job->wanted_rows;
     const box whole_b = box_of_row(tree, b);
     int64_t found = 0;
     for (unsigned left = touching(row_a, &whole_b); left; left &= left - 1) {
@@ -112,6 +113,8 @@ static int64_t meet_rows(const pair_job *job, int64_t a, int64_t b) {
         unsigned mask = touching(row_b, &mine);
         if (a == b)
             mask &= 0xfeu << i;
+        if (wanted && !(wanted[a] >> i & 1))
+            mask &= wanted[b];
         for (; mask; mask &= mask - 1)
             found += meet(job, QNI_BOX_WIDTH * a + i, QNI_BOX_WIDTH * b + __builtin_ctz(mask));
     }
@@ -166,7 +169,8 @@ static void want_rows(const pair_job *job) {
         end = end < tree->triangle_count ? end : tree->triangle_count;
         job->wanted_rows[row] = 0;
         for (int64_t t = QNI_BOX_WIDTH * row; t < end; ++t)
-            job->wanted_rows[row] |= has_wanted(job, tree->triangles[t]);
+            job->wanted_rows[row] |=
+                (uint8_t)(has_wanted(job, tree->triangles[t]) << (t % QNI_BOX_WIDTH));
     }
 }
 
