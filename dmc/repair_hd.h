@@ -148,7 +148,7 @@ QN_HD static inline int qni_better_turn(const float *positions, const uint32_t *
     for (int a = 0; a < 3 && length > 0; ++a)
         up[a] /= length;
     for (int turn = 0; turn < 2; ++turn)
-        for (int j = 0; j < count / 2; ++j) {
+        for (int j = 0; j < count / 2 && (turn == 0 || worst[1] > worst[0]); ++j) {
             uint32_t quad[4];
             qni_fan_quad(boundary, count, centre, turn, j, quad);
             const double quality = qni_quad_quality(positions, quad, up);
