@@ -18,9 +18,8 @@ typedef struct packing {
     int32_t parts;
     const uint8_t *vertex_marks, *quad_marks;
     uint32_t *renumber;
-    uint32_t
-        *sides_before;     /* of quads that go, before each that stays; where there are halfedges */
-    int64_t (*part)[2][2]; /* [parts + 1]: vertices and quads before it, old and new */
+    uint32_t *sides_before; /* that go, before each quad that stays; where there are halfedges */
+    int64_t (*part)[2][2];  /* [parts + 1]: vertices and quads before it, old and new */
 } packing;
 
 /* ---- numbers --------------------------------------------------------------------------------- */

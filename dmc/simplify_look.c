@@ -198,7 +198,7 @@ static bool has_rival_quad(const qni_around *around, const qni_candidate *item) 
     for (int k = 0; k < 4; ++k) {
         marks |= around->valence[item->corner[k]];
         if (around->valence[item->corner[k]] < around->valence[least])
-            least = item->corner[k]; /* marks count as much */
+            least = item->corner[k]; /* one with marks costs more to look round than any without */
     }
     int count = item->beyond != QNI_UNPAIRED;
     round[0] = item->beyond;

@@ -30,7 +30,7 @@ static bool add_block(qn_context *context, qni_pool *pool, int64_t least) {
 void *qni_pool_take(qn_context *context, qni_pool *pool, int64_t count, size_t size) {
     const int64_t unit = alignof(max_align_t);
     int64_t bytes;
-    if (__builtin_mul_overflow(count, (int64_t)size, &bytes) || bytes > INT64_MAX / 2)
+    if (count < 0 || __builtin_mul_overflow(count, (int64_t)size, &bytes) || bytes > INT64_MAX / 2)
         return NULL;
     bytes = (bytes + unit - 1) / unit * unit;
     if ((!pool->last || bytes > pool->last->bytes - pool->last->used) &&

@@ -77,6 +77,7 @@ static void pieces_of_a_pool_keep_apart(void **state) {
     for (int n = 0; n < PIECES; ++n)
         for (int64_t i = 0; i < sizes[n % 7]; ++i)
             assert_int_equal(piece[n][i], n & 255);
+    assert_null(qni_pool_take(context, &pool, -1, 1));
     assert_null(qni_pool_take(context, &pool, INT64_MAX, 16));
     assert_null(qni_pool_take(context, &pool, INT64_MAX - 8, 1));
     qni_pool_free(context, &pool);
